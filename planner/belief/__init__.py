@@ -1,0 +1,1 @@
+"""What is known of the target: priors, the transition model, particles."""

@@ -1,0 +1,54 @@
+"""Particles: possible targets, each with a route, a start on it and its speeds."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Ints, Offsets, freeze
+
+Driving = Literal["constant", "free"]
+
+
+@dataclass(frozen=True, eq=False)
+class Particles:
+    """Possible targets before they move; SUMO makes their futures.
+
+    Weights sum to the probability that the target is there at all.
+    """
+
+    weight: Floats  # (N,) probability
+    start_m: Floats  # (N,) metres along the first edge
+    depart_s: Floats  # (N,) seconds on the target's clock
+    first_edge: Offsets  # (N + 1,) where a particle's route starts in route_edge
+    route_edge: Ints  # (M,) edge indices, one route after the other
+    speed_mps: Floats  # (M,) drawn speed on that edge of that route
+    seed: Offsets  # (N,) of SUMO's driver for this particle
+    gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
+    driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            weight=np.float64,
+            start_m=np.float64,
+            depart_s=np.float64,
+            first_edge=np.int64,
+            route_edge=np.int32,
+            speed_mps=np.float64,
+            seed=np.int64,
+            gone=np.bool_,
+        )
+        assert len(self.first_edge) == len(self) + 1
+        assert len(self.route_edge) == len(self.speed_mps) == self.first_edge[-1]
+
+    def __len__(self) -> int:
+        return len(self.weight)
+
+    def route(self, particle: int) -> Ints:
+        """Return one particle's edges in driving order, (k,)."""
+        return self.route_edge[self.first_edge[particle] : self.first_edge[particle + 1]]
+
+    def speeds(self, particle: int) -> Floats:
+        """Return one particle's drawn speed on each edge of its route, (k,) m/s."""
+        return self.speed_mps[self.first_edge[particle] : self.first_edge[particle + 1]]

@@ -1,0 +1,94 @@
+"""What is known of the target before anything is seen: p(x0) and the transition model."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.arrays import Floats, freeze
+from planner.belief.distribution import Distribution, distribution
+from planner.belief.particles import Driving
+from planner.network.road_network import RoadNetwork
+
+if TYPE_CHECKING:
+    from planner.scenario import TargetSection
+
+Turns = dict[str, dict[str, float]]  # from an edge to an edge, the probability
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """The paper's p(x0) = [p(r0), p(d0), p(v0)] and how the target goes on from there.
+
+    E edges and T turns as the network counts them.
+    """
+
+    edge_probability: Floats  # (E,) p(r0), sums to one
+    distance_m: Distribution | None  # p(d0) along the first edge; None: anywhere on it
+    speed_mps: Distribution  # p(v0)
+    turn_probability: Floats  # (T,) as network.turn_edge; sums to one for each edge with turns
+    speed_per_road: bool  # True: a new speed is drawn on every road
+    driving: Driving
+    gone: bool  # True: vanishes at its route's end, False: rests there
+    probability_present: float  # that the target exists at all
+
+    def __post_init__(self) -> None:
+        freeze(self, edge_probability=np.float64, turn_probability=np.float64)
+
+    def start_m(self, u: Floats, edge_length_m: Floats) -> Floats:
+        """Return the distances along their first edges at the shares ``u`` of p(d0), metres."""
+        if self.distance_m is None:
+            return u * edge_length_m
+        return self.distance_m.quantile(u)
+
+
+def prior_of(target: "TargetSection", network: RoadNetwork, *, turns: Turns | None = None) -> Prior:
+    """Return the prior that a scenario's section describes on a network.
+
+    Parameters
+    ----------
+    target
+        Its edges are all in the network.
+    turns
+        What a turn file says, in place of ``target.turning``.
+    """
+    if turns is None:
+        turns = target.turning if isinstance(target.turning, dict) else {}
+    distance = target.distance_m
+    return Prior(
+        edge_probability=_start_probability(target, network),
+        distance_m=None if isinstance(distance, str) else distribution(distance),
+        speed_mps=distribution(target.speed_mps),
+        turn_probability=turn_probability(network, turns),
+        speed_per_road=target.speed_drawn == "per road",
+        driving=target.driving,
+        gone=target.at_sink == "gone",
+        probability_present=target.probability_present,
+    )
+
+
+def _start_probability(target: "TargetSection", network: RoadNetwork) -> Floats:
+    if isinstance(target.start, str):
+        return np.asarray(network.edge_length_m / network.edge_length_m.sum())
+    probability = np.zeros(len(network.edge_ids))
+    for edge, share in target.start.items():
+        probability[network.edge_index[edge]] = share
+    return np.asarray(probability / probability.sum())
+
+
+def turn_probability(network: RoadNetwork, turns: Turns) -> Floats:
+    """Return the probability of each of the network's turns, (T,).
+
+    Parameters
+    ----------
+    turns
+        Probabilities by the names of the two edges; edges that are not in it turn equally.
+    """
+    count = np.diff(network.first_turn)
+    probability = np.repeat(1 / np.maximum(count, 1), count)
+    for start, ways in turns.items():
+        edge = network.edge_index[start]
+        onward = slice(network.first_turn[edge], network.first_turn[edge + 1])
+        shares = np.array([ways.get(network.edge_ids[end], 0.0) for end in network.turns(edge)])
+        probability[onward] = shares / shares.sum()
+    return np.asarray(probability)

@@ -1,0 +1,219 @@
+"""Particles drawn from the prior, reading like the paper's Figure 5."""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from planner.arrays import Floats, Offsets
+from planner.belief.distribution import Distribution, Listed, chosen
+from planner.belief.particles import Particles
+from planner.belief.prior import Prior
+from planner.belief.routes import (
+    Routes,
+    Starts,
+    all_routes,
+    drawn_routes,
+    most_turns,
+    refuse_too_many,
+)
+from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
+from planner.errors import InputError
+from planner.network.road_network import RoadNetwork
+from planner.wording import shown, suggestion
+
+Sampling = Literal["iid", "sobol", "all"]
+LARGEST_SEED = 2**31 - 1
+
+
+def sample(
+    prior: Prior,
+    network: RoadNetwork,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    sampling: Sampling = "iid",
+    horizon_s: float,
+) -> Particles:
+    """Return particles that stand for the prior, as in the paper's Figure 5.
+
+    Parameters
+    ----------
+    n
+        How many; "all" makes as many as there are.
+    rng
+        Fresh for this use. A particle's draws do not depend on ``n``.
+    sampling
+        "iid": independent draws, the paper's sampling with replacement. "sobol": points of a
+        scrambled Sobol sequence over all dimensions, which fill the prior more evenly. "all":
+        every listed start, distance and speed and every route, weighted by its probability.
+    horizon_s
+        Routes go on to a sink, or to the edge on which the particle is then; seconds on the
+        target's clock.
+
+    Raises
+    ------
+    InputError
+        If "all" is asked for and there are too many combinations, or endlessly many.
+    """
+    # First of all, so that a particle's driver is the same however many there are.
+    seeds = rng.spawn(1)[0]
+    if sampling == "all":
+        starts, weight, routes = _every(prior, network, horizon_s)
+    else:
+        blocks = _blocks(prior, network, n, rng, sampling, horizon_s)
+        parts = [_drawn(prior, network, columns, horizon_s) for columns in blocks]
+        starts, routes = _joined(parts)
+        weight = np.full(n, 1 / n)
+    seed = seeds.integers(1, LARGEST_SEED, len(starts), endpoint=True)
+    return _particles(prior, starts, routes, weight * prior.probability_present, seed)
+
+
+def predefined(
+    network: RoadNetwork,
+    prior: Prior,
+    route: Sequence[str],
+    rng: np.random.Generator,
+    *,
+    speed_mps: float,
+    offset_m: float = 0.0,
+) -> Particles:
+    """Return one target on a given route at a given speed, as in the paper's tests.
+
+    Parameters
+    ----------
+    prior
+        Tells how it drives and what happens at its end.
+    route
+        Names of edges, each of which leads to the next.
+    offset_m
+        Metres along the first edge at which it starts.
+
+    Raises
+    ------
+    InputError
+        If the route is not in the network, or the speed or the offset is impossible.
+    """
+    edges = _edges_of(network, route)
+    length_m = network.edge_length_m[edges[0]]
+    if not 0 <= offset_m <= length_m:
+        raise InputError(
+            f"target offset {shown(offset_m)}: is not on {route[0]}; "
+            f"give 0 to {shown(float(length_m))} m"
+        )
+    if not 0 < speed_mps < np.inf:
+        raise InputError(f"target speed {shown(speed_mps)}: give a speed above 0 m/s")
+    start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
+    routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
+    seed = rng.spawn(1)[0].integers(1, LARGEST_SEED, 1, endpoint=True)
+    return _particles(prior, start, routes, np.ones(1), seed)
+
+
+def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
+    if not route:
+        raise InputError("route: is empty; name at least one edge")
+    for name in route:
+        if name not in network.edge_index:
+            hint = suggestion(name, network.edge_ids)
+            raise InputError(f"route: {name} is not an edge of the network; {hint}")
+    edges = [network.edge_index[name] for name in route]
+    for before, after in pairwise(edges):
+        ways = network.turns(before)
+        if after not in ways:
+            onward = ", ".join(network.edge_ids[way] for way in ways) or "nothing"
+            names = network.edge_ids[before], network.edge_ids[after]
+            raise InputError(f"route: {names[0]} does not lead to {names[1]}, but to {onward}")
+    return edges
+
+
+def _blocks(
+    prior: Prior,
+    network: RoadNetwork,
+    n: int,
+    rng: np.random.Generator,
+    sampling: Sampling,
+    horizon_s: float,
+) -> Iterator[Columns]:
+    if sampling == "iid":
+        return iter([independent(n, rng)])
+    turns = most_turns(prior, network, horizon_s, limit=SOBOL_DIMENSIONS)
+    return sobol(n, 3 + turns * (2 if prior.speed_per_road else 1), rng)
+
+
+def _drawn(
+    prior: Prior, network: RoadNetwork, columns: Columns, horizon_s: float
+) -> tuple[Starts, Routes]:
+    # Figure 5: the loop of lines 1 and 9 is along the columns; a particle's id (line 6) is its
+    # row.
+    edge = chosen(prior.edge_probability, next(columns))  # line 2: r <- draw from p(r0)
+    length_m = network.edge_length_m[edge]
+    distance_m = prior.start_m(next(columns), length_m)  # line 3: d <- draw from p(d0)
+    speed_mps = prior.speed_mps.quantile(next(columns))  # line 4: s <- draw from p(v0)
+    starts = Starts(edge, np.minimum(distance_m, length_m), speed_mps)  # lines 5, 7, 8
+    # Every p(x_k | x_k-1) that Figure 4 draws from as it moves the particles (lines 5 to 9).
+    return starts, drawn_routes(prior, network, starts, columns, horizon_s)
+
+
+def _joined(parts: Sequence[tuple[Starts, Routes]]) -> tuple[Starts, Routes]:
+    if len(parts) == 1:
+        return parts[0]
+    starts, routes = zip(*parts, strict=True)
+    lengths = np.concatenate([np.diff(part.first_edge) for part in routes])
+    return (
+        Starts(
+            np.concatenate([part.edge for part in starts]),
+            np.concatenate([part.distance_m for part in starts]),
+            np.concatenate([part.speed_mps for part in starts]),
+        ),
+        Routes(
+            np.concatenate(([0], np.cumsum(lengths))),
+            np.concatenate([part.edge for part in routes]),
+            np.concatenate([part.speed_mps for part in routes]),
+        ),
+    )
+
+
+def _every(prior: Prior, network: RoadNetwork, horizon_s: float) -> tuple[Starts, Floats, Routes]:
+    edges = np.flatnonzero(prior.edge_probability)
+    distances, p_distance = _values(prior.distance_m, "target.distance_m")
+    speeds, p_speed = _values(prior.speed_mps, "target.speed_mps")
+    if prior.speed_per_road and len(speeds) > 1:
+        raise InputError(
+            'target.speed_drawn: "per road" has no end of combinations; write "once", or "iid" '
+            "for search.sampling"
+        )
+    refuse_too_many(len(edges) * len(distances) * len(speeds))
+    combined = np.indices((len(edges), len(distances), len(speeds))).reshape(3, -1)
+    edge, distance, speed = combined
+    starts = Starts(edges[edge], distances[distance], speeds[speed])
+    weight = prior.edge_probability[edges[edge]] * p_distance[distance] * p_speed[speed]
+    start, p_route, routes = all_routes(prior, network, starts, horizon_s)
+    return starts.take(start), weight[start] * p_route, routes
+
+
+def _values(numbers: Distribution | None, key: str) -> tuple[Floats, Floats]:
+    if not isinstance(numbers, Listed):
+        raise InputError(
+            f"{key}: has endlessly many values; give {{ list = [...] }} or {{ constant = x }}, "
+            'or "iid" for search.sampling'
+        )
+    some = numbers.probabilities > 0
+    return numbers.values[some], numbers.probabilities[some]
+
+
+def _particles(
+    prior: Prior, starts: Starts, routes: Routes, weight: Floats, seed: Offsets
+) -> Particles:
+    n = len(starts)
+    return Particles(
+        weight=weight,
+        start_m=starts.distance_m,
+        depart_s=np.zeros(n),  # time 0 is when the target was last seen
+        first_edge=routes.first_edge,
+        route_edge=routes.edge,
+        speed_mps=routes.speed_mps,
+        seed=seed,
+        gone=np.full(n, prior.gone),
+        driving=prior.driving,
+    )

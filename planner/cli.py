@@ -1,0 +1,245 @@
+"""The command line: parse, call, print."""
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from planner.clock import seconds
+from planner.errors import PlannerError
+
+Command = Callable[[argparse.Namespace], int]
+
+INTERRUPTED = 130  # what shells call a program that Ctrl-C ended
+
+DESCRIPTION = """\
+Plan in which order a drone flies the roads to find a vehicle soonest on average.
+
+A scenario tells what is known: the road network, where the vehicle may have
+started, how fast it goes, where it may turn; where the drone is and what it sees.
+Many possible futures of the vehicle are driven through SUMO and recorded; road
+orders are flown against them, and the best are flown against fresh ones.
+"""
+
+EXAMPLES = """\
+examples:
+  planner plan grid5x5 -o runs/first            plan, evaluate, draw
+  planner fly runs/first --targets 1000         fly it against fresh targets
+  planner compare grid5x5                       all methods, one table
+  planner where grid5x5 --at 0:30:00            where the vehicle may be by then
+  planner plan grid5x5 --set uav.start.distance_m=120000 --set greedy.direction=both
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code: 0 well, 2 bad input, 130 interrupted."""
+    arguments = _parser().parse_args(argv)
+    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(arguments.verbose, 2)]
+    logging.basicConfig(level=level, format="planner: %(message)s", stream=sys.stderr)
+    logging.getLogger("matplotlib").setLevel(logging.WARNING)
+    try:
+        run: Command = arguments.run
+        return run(arguments)
+    except PlannerError as error:
+        for line in str(error).splitlines():
+            print(f"planner: {line}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("planner: stopped; nothing is half-written", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="planner",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_build(commands)
+    _add_futures(commands)
+    _add_where(commands)
+    _add_plan(commands)
+    _add_fly(commands)
+    _add_compare(commands)
+    _add_doctor(commands)
+    return parser
+
+
+def _command(commands: Any, name: str, summary: str, more: str = "") -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=f"{summary[0].upper()}{summary[1:]}. {more}".strip(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=_later(name))
+    parser.add_argument(
+        "-v", "--verbose", action="count", default=0, help="tell more; twice: tell all"
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary alone, as JSON")
+    return parser
+
+
+def _later(name: str) -> Command:
+    """Return a command whose code is loaded when it runs, so that --help answers at once."""
+
+    def run(arguments: argparse.Namespace) -> int:
+        from planner import commands
+
+        command: Command = getattr(commands, name)
+        return command(arguments)
+
+    return run
+
+
+def _add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="a scenario.toml, its folder, the name of a shipped one (grid5x5, figure3, ...), "
+        "or the run.json of an earlier run",
+    )
+    parser.add_argument("-n", "--net-file", metavar="FILE", help="another SUMO net (.net.xml)")
+    parser.add_argument("-s", "--seed", type=int, help="seed of all random draws")
+    parser.add_argument("--preset", metavar="NAME", help="one of the scenario's [presets.NAME]")
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="override a field of the scenario, such as uav.start.distance_m=120000; repeatable",
+    )
+    parser.add_argument(
+        "-j", "--jobs", type=_count, metavar="N", help="processes that run SUMO (default: cores)"
+    )
+
+
+def _add_targets(parser: argparse.ArgumentParser, *, default: int) -> None:
+    parser.add_argument(
+        "--targets",
+        type=_count,
+        default=default,
+        metavar="N",
+        help="fresh targets to fly against (default: %(default)s)",
+    )
+
+
+def _add_build(commands: Any) -> None:
+    parser = _command(commands, "build", "build the scenario's network with netconvert")
+    _add_scenario(parser)
+    parser.add_argument("-o", "--output", metavar="FILE", help="write the .net.xml here as well")
+
+
+def _add_futures(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "futures",
+        "record the particles' futures in SUMO",
+        "Writes futures.parquet and particles.parquet.",
+    )
+    _add_scenario(parser)
+    parser.add_argument("-o", "--output", metavar="DIR", help="write the files here as well")
+    parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
+
+
+def _add_where(commands: Any) -> None:
+    parser = _command(commands, "where", "tell where the target may be at a time")
+    _add_scenario(parser)
+    parser.add_argument(
+        "--at", type=_seconds, required=True, metavar="TIME", help="seconds or H:M:S"
+    )
+    parser.add_argument("-o", "--output", metavar="DIR", help="write where.csv and where.png here")
+    parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
+
+
+def _add_plan(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "plan",
+        "plan a search and evaluate it on fresh targets",
+        "Writes plan.json, evaluation.parquet, run.json, plan.png and plan.add.xml\n"
+        "(the path as an overlay: sumo-gui -n NET -a plan.add.xml).",
+    )
+    _add_scenario(parser)
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder of the run")
+    parser.add_argument(
+        "--method", default="greedy", metavar="NAME", help="see compare (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--futures",
+        metavar="FILE",
+        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML or Parquet)",
+    )
+    parser.add_argument(
+        "--tick", type=_seconds, metavar="S", help="greedy: detect at ticks of so many seconds"
+    )
+    _add_targets(parser, default=4000)
+    parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+
+
+def _add_fly(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "fly",
+        "fly a plan against true targets",
+        "Writes flights.csv into the run's folder.",
+    )
+    parser.add_argument("directory", metavar="DIR", help="folder of a run that `plan` wrote")
+    _add_targets(parser, default=1000)
+    parser.add_argument(
+        "--route", metavar="EDGES", help='one target with this route, as "r0c0-r0c1 r0c1-r1c1 ..."'
+    )
+    parser.add_argument(
+        "--target-speed", type=float, metavar="MPS", help="its speed in m/s, with --route"
+    )
+    parser.add_argument(
+        "--target-offset",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="metres on its first edge where it starts, with --route (default: 0)",
+    )
+    parser.add_argument("-s", "--seed", type=int, help="seed of the targets")
+    parser.add_argument("-j", "--jobs", type=_count, metavar="N", help="processes that run SUMO")
+    parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
+
+
+def _add_compare(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "compare",
+        "compare all methods on the same futures and the same fresh targets",
+    )
+    _add_scenario(parser)
+    parser.add_argument("-o", "--output", metavar="FILE", help="write the table as CSV")
+    parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    _add_targets(parser, default=4000)
+
+
+def _add_doctor(commands: Any) -> None:
+    _command(commands, "doctor", "check this installation, with a remedy for each fault")
+
+
+def _seconds(text: str) -> float:
+    try:
+        return seconds(text)
+    except PlannerError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"should be a whole number from 1 on, not {text!r}")
+    return int(text)
+
+
+def print_json(content: Any) -> None:
+    """Print plain data as JSON on stdout."""
+    print(json.dumps(content, indent=1, allow_nan=False))

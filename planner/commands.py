@@ -1,0 +1,325 @@
+"""What each command of the command line does: open, work, write, print."""
+
+import argparse
+import logging
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from planner.belief.opening import Opened, open_scenario
+from planner.cli import print_json
+from planner.detection.evaluation import evaluate
+from planner.errors import InputError, NotApplicableError
+from planner.files import results_written_whole, written_whole
+from planner.futures.store import KNOTS, PARTICLES, Recording, read_recording
+from planner.mission.fly import fly as fly_plan
+from planner.mission.plan_file import figures, plan_content, read_plan
+from planner.mission.preparation import Recorder, make_plan, problem_of
+from planner.provenance import provenance
+from planner.report import run_files, tables
+from planner.report.progress import progress
+from planner.search.methods import METHODS, Method, method_named
+from planner.search.plan import Plan
+
+log = logging.getLogger(__name__)
+
+
+def build(arguments: argparse.Namespace) -> int:
+    """Build the network and tell what it is."""
+    network = _open(arguments).network
+    if arguments.output:
+        with written_whole(Path(arguments.output)) as path:
+            shutil.copyfile(network.path, path)
+    told = {
+        "net": arguments.output or str(network.path),
+        "sha256": network.sha256,
+        "nodes": len(network.node_ids),
+        "roads": len(network.road_ids),
+        "length_km": float(network.road_length_m.sum()) / 1000,
+    }
+    _tell(arguments, told, _lines(told))
+    return 0
+
+
+def futures(arguments: argparse.Namespace) -> int:
+    """Record the particles' futures and tell what they are."""
+    opened = _open(arguments)
+    with ExitStack() as stack:
+        folder = _output(stack, arguments, (KNOTS, PARTICLES))
+        recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+        path = recording.path
+        if folder is not None:
+            for name in (KNOTS, PARTICLES):
+                shutil.copyfile(path.with_name(name), folder / name)
+            path = Path(arguments.output) / KNOTS
+    told = {
+        "futures": str(path),
+        "particles": len(recording.futures),
+        "knots": len(recording.futures.time_s),
+        "first_end_s": float(recording.futures.end_s.min()),
+        "last_end_s": float(recording.futures.end_s.max()),
+    }
+    _tell(arguments, told, _lines(told))
+    return 0
+
+
+def where(arguments: argparse.Namespace) -> int:
+    """Tell where the target may be at a time."""
+    from planner.futures.state_at import by_road, state_at
+
+    opened = _open(arguments)
+    with ExitStack() as stack:
+        folder = _output(stack, arguments, run_files.WHERE)
+        recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+        state = state_at(recording.futures, opened.network, arguments.at)
+        roads = by_road(state, opened.network)
+        if folder is not None:
+            run_files.write_where(folder, opened, state, roads)
+    told = {
+        "time_s": arguments.at,
+        "elsewhere_probability": state.elsewhere_probability,
+        "roads": [vars(road) for road in roads],
+    }
+    elsewhere = state.elsewhere_probability
+    table = tables.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
+    _tell(arguments, told, [table])
+    return 0
+
+
+def plan(arguments: argparse.Namespace) -> int:
+    """Plan a search, evaluate it on fresh targets, and write the run."""
+    opened, method = _open(arguments), method_named(arguments.method)
+    watch = _Watch()
+    with ExitStack() as stack:
+        folder = _output(stack, arguments, run_files.RUN)
+        recording = _planning_recording(arguments, opened)
+        watch.lap("futures")
+        made, row, content = _planned(arguments, opened, method, recording, watch)
+        if folder is not None:
+            problem = problem_of(opened, recording.futures, method=method)
+            run_files.write_run(folder, problem, made, content, row)
+            watch.lap("files")
+            record = _provenance(opened, content, recording, watch)
+            run_files.write_json(folder / run_files.PROVENANCE, record)
+    shown: list[Any] = [tables.plan_table(row), tables.legs_table(made, opened.network)]
+    assert row.planned is not None
+    assert row.evaluated is not None
+    hint = tables.particles_hint(row.planned, row.evaluated)
+    same_belief = opened.scenario.truth == opened.scenario.target
+    shown += [hint] if hint and same_belief and not arguments.futures else []
+    shown += [f"written to {arguments.output}"] if arguments.output else []
+    told = {key: content[key] for key in ("method", "planned", "evaluated")}
+    _tell(arguments, told | {"directory": arguments.output}, shown)
+    return 0
+
+
+def fly(arguments: argparse.Namespace) -> int:
+    """Fly a plan against true targets and write what happened to each."""
+    folder = Path(arguments.directory)
+    opened = open_scenario(folder / run_files.PROVENANCE)
+    stored = read_plan(folder / run_files.PLAN, opened.network)
+    with ExitStack() as stack:
+        arguments.output = arguments.directory
+        new = _output(stack, arguments, (run_files.FLIGHTS,))
+        assert new is not None
+        recording = _truths(arguments, opened)
+        record = fly_plan(stored.plan, recording.futures, stored.sensor, horizon_s=stored.horizon_s)
+        run_files.write_flights(new / run_files.FLIGHTS, recording, record)
+    evaluation = record.evaluation
+    told = figures(evaluation) | {"targets": len(recording.futures)}
+    path = folder / run_files.FLIGHTS
+    shown: list[Any] = [tables.flights_table(evaluation), f"written to {path}"]
+    if arguments.route:
+        shown[0] = run_files.mission_line(record)
+        told["found"] = bool(evaluation.found[0])
+    _tell(arguments, told | {"flights": str(path)}, shown)
+    return 0
+
+
+def compare(arguments: argparse.Namespace) -> int:
+    """Compare all methods on the same futures and the same fresh targets."""
+    opened = _open(arguments)
+    recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+    fresh = _evaluation_recording(arguments, opened)
+    rows = []
+    with progress("methods") as told_progress:
+        for done, method in enumerate(METHODS):
+            told_progress(done, len(METHODS))
+            rows.append(_row(arguments, opened, method, recording, fresh))
+    if arguments.output:
+        run_files.write_compare(Path(arguments.output), rows, force=arguments.force)
+    told = [run_files.compare_cells(row) for row in rows]
+    title = f"{opened.scenario.name}: {len(fresh.futures):,} fresh targets"
+    shown: list[Any] = [tables.compare_table(rows, title), *tables.reasons(rows)]
+    _tell(arguments, {"methods": told}, shown)
+    return 0
+
+
+def doctor(arguments: argparse.Namespace) -> int:
+    """Examine the installation; 1 if something has to be mended."""
+    from planner.report.doctor import examine
+
+    findings = examine()
+    told = {"findings": [vars(finding) for finding in findings]}
+    _tell(arguments, told, [tables.doctor_table(findings)])
+    return 0 if all(finding.fine for finding in findings) else 1
+
+
+class _Watch:
+    """Wall-clock time of the parts of a run."""
+
+    def __init__(self) -> None:
+        self.started = datetime.now(UTC)
+        self.took_s: dict[str, float] = {}
+        self._last_s = time.perf_counter()
+
+    def lap(self, part: str) -> float:
+        now_s = time.perf_counter()
+        self.took_s[part] = now_s - self._last_s
+        self._last_s = now_s
+        return self.took_s[part]
+
+
+def _open(arguments: argparse.Namespace) -> Opened:
+    overrides = list(arguments.set)
+    if arguments.seed is not None:
+        overrides.append(f"search.seed={arguments.seed}")
+    if getattr(arguments, "tick", None) is not None:
+        overrides.append(f"greedy.tick_s={arguments.tick}")
+    if arguments.net_file:
+        net = str(Path(arguments.net_file).resolve())
+        overrides.append(f"network={{ net = {_toml_text(net)} }}")
+    return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
+
+
+def _toml_text(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _output(stack: ExitStack, arguments: argparse.Namespace, names: Iterable[str]) -> Path | None:
+    if not arguments.output:
+        return None
+    folder = Path(arguments.output)
+    return stack.enter_context(results_written_whole(folder, tuple(names), force=arguments.force))
+
+
+def _recording(
+    arguments: argparse.Namespace,
+    opened: Opened,
+    what: str,
+    record: Callable[[Recorder], Recording],
+) -> Recording:
+    with progress(what) as told:
+        return record(Recorder(opened, arguments.jobs, told))
+
+
+def _planning_recording(arguments: argparse.Namespace, opened: Opened) -> Recording:
+    if arguments.futures:
+        return read_recording(Path(arguments.futures), opened.network)
+    return _recording(arguments, opened, "recording futures", Recorder.planning)
+
+
+def _evaluation_recording(arguments: argparse.Namespace, opened: Opened) -> Recording:
+    def record(recorder: Recorder) -> Recording:
+        return recorder.evaluation(arguments.targets)
+
+    return _recording(arguments, opened, "recording fresh targets", record)
+
+
+def _truths(arguments: argparse.Namespace, opened: Opened) -> Recording:
+    route, speed_mps = arguments.route, arguments.target_speed
+    if bool(route) != (speed_mps is not None):
+        raise InputError("--route and --target-speed go together: give both or neither")
+
+    def record(recorder: Recorder) -> Recording:
+        if route:
+            offset_m = arguments.target_offset
+            return recorder.predefined(route.split(), speed_mps=speed_mps, offset_m=offset_m)
+        seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
+        return recorder.truths(arguments.targets, seed=seed)
+
+    return _recording(arguments, opened, "recording true targets", record)
+
+
+def _planned(
+    arguments: argparse.Namespace,
+    opened: Opened,
+    method: Method,
+    recording: Recording,
+    watch: _Watch,
+) -> tuple[Plan, tables.MethodRow, dict[str, Any]]:
+    made = make_plan(method, opened, Recorder(opened, arguments.jobs), recording.futures)
+    took_s = watch.lap("planning")
+    fresh = _evaluation_recording(arguments, opened)
+    watch.lap("fresh targets")
+    problem = problem_of(opened, recording.futures)
+    planned, evaluated = (
+        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s)
+        for futures in (recording.futures, fresh.futures)
+    )
+    content = plan_content(
+        made,
+        opened.network,
+        sensor=problem.sensor,
+        planned=planned,
+        evaluated=evaluated,
+        seed=opened.scenario.search.seed,
+    )
+    roads = sum(len(legs) for legs in made.legs)
+    return made, tables.MethodRow(method.name, planned, evaluated, roads, took_s), content
+
+
+def _row(
+    arguments: argparse.Namespace,
+    opened: Opened,
+    method: Method,
+    recording: Recording,
+    fresh: Recording,
+) -> tables.MethodRow:
+    watch = _Watch()
+    try:
+        made = make_plan(method, opened, Recorder(opened, arguments.jobs), recording.futures)
+    except NotApplicableError as error:
+        return tables.MethodRow(method.name, why_not=str(error))
+    took_s = watch.lap("planning")
+    problem = problem_of(opened, recording.futures)
+    planned, evaluated = (
+        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s)
+        for futures in (recording.futures, fresh.futures)
+    )
+    roads = sum(len(legs) for legs in made.legs)
+    return tables.MethodRow(method.name, planned, evaluated, roads, took_s)
+
+
+def _provenance(
+    opened: Opened, content: dict[str, Any], recording: Recording, watch: _Watch
+) -> dict[str, Any]:
+    scenario = opened.scenario
+    made_by = provenance(
+        [Path(sys.argv[0]).name, *sys.argv[1:]],
+        scenario.as_dict(),
+        seed=scenario.search.seed,
+        sha256=run_files.hashes(opened, content, recording),
+        started=watch.started,
+        took_s=watch.took_s,
+    )
+    return made_by | {"scenario_path": str(scenario.path.resolve())}
+
+
+def _lines(told: dict[str, Any]) -> list[str]:
+    width = max(map(len, told))
+    return [f"{key:{width}}  {value}" for key, value in told.items()]
+
+
+def _tell(arguments: argparse.Namespace, told: dict[str, Any], shown: Sequence[Any]) -> None:
+    if arguments.json:
+        print_json(told)
+        return
+    out = tables.console()
+    for thing in shown:
+        out.print(thing)

@@ -1,0 +1,1 @@
+"""UAV flight against futures: who is seen when."""

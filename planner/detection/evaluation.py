@@ -1,0 +1,105 @@
+"""What a search achieves: the one place where its figures are derived from seen times."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, freeze
+from planner.detection.first_detection import first_detection
+from planner.detection.track import Sensor, Track
+from planner.futures.futures import Futures
+
+NORMAL_95 = 1.959963984540054  # the 97.5 % point of the standard normal distribution
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """When each target is first seen, and all that follows from it.
+
+    Weights sum to the probability that a target is there at all; with the rest of the
+    probability there is none, which is never found and costs the horizon.
+    """
+
+    seen_at: Floats  # (N,) seconds on the target's clock, inf: never
+    weight: Floats  # (N,) probability
+    end_s: Floats  # (N,) seconds, when the target reaches its goal; -inf: never sets out
+    horizon_s: float  # what a target not found by then counts as; takes infinity's place
+
+    def __post_init__(self) -> None:
+        freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
+        assert len(self.seen_at) == len(self.weight) == len(self.end_s)
+
+    @cached_property
+    def time_s(self) -> Floats:
+        """What each target counts as: min(seen time, horizon), (N,) seconds."""
+        return np.minimum(self.seen_at, self.horizon_s)
+
+    @cached_property
+    def found(self) -> Flags:
+        """Which targets are found by the horizon, (N,)."""
+        return np.asarray(self.seen_at <= self.horizon_s)
+
+    @property
+    def absent_probability(self) -> float:
+        """Probability that there is no target to be found."""
+        return max(0.0, 1.0 - float(self.weight.sum()))
+
+    @property
+    def expected_detection_time_s(self) -> float:
+        """E[min(tau, horizon)], seconds; the objective of line 28 of Figure 6."""
+        return float(self.weight @ self.time_s) + self.absent_probability * self.horizon_s
+
+    @property
+    def detection_probability(self) -> float:
+        """Probability that the target is there and found by the horizon."""
+        return float(self.weight @ self.found)
+
+    @property
+    def found_before_goal_probability(self) -> float:
+        """Probability that it is found strictly before it reaches its goal (Section 5)."""
+        return float(self.weight @ (self.found & (self.seen_at < self.end_s)))
+
+    @property
+    def ci95_s(self) -> tuple[float, float]:
+        """95 % interval of the expected detection time, from and to, seconds.
+
+        For targets drawn independently: E -+ 1.96 p sqrt(n / (n - 1) sum_k v_k^2 (x_k - m)^2)
+        with p = sum(weight), v = weight / p, x = min(tau, horizon), m = sum_k v_k x_k and
+        n = 1 / sum_k v_k^2, which is the number of targets when all weigh the same. The
+        probability 1 - p that there is no target is known, not drawn, and adds no width. Fewer
+        than two draws tell nothing: the interval is then from 0 to the horizon.
+        """
+        present = float(self.weight.sum())
+        if present <= 0.0:
+            return self.horizon_s, self.horizon_s
+        share = self.weight / present
+        draws = 1.0 / float(share @ share)
+        if draws < 2.0 - 1e-9:
+            return 0.0, self.horizon_s
+        deviation = self.time_s - share @ self.time_s
+        variance = draws / (draws - 1.0) * float(share**2 @ deviation**2)
+        half_width = NORMAL_95 * present * float(np.sqrt(variance))
+        middle = self.expected_detection_time_s
+        return middle - half_width, middle + half_width
+
+    def curve(self) -> tuple[Floats, Floats]:
+        """Return the detection curve: rising times (M,), seconds, and the probability by each.
+
+        The probability of having found the target jumps at these times and is constant between
+        them; before the first it is zero.
+        """
+        times, which = np.unique(self.seen_at[self.found], return_inverse=True)
+        steps = np.bincount(which, weights=self.weight[self.found], minlength=len(times))
+        return times, np.cumsum(steps)
+
+
+def evaluate(
+    tracks: Sequence[Track], futures: Futures, sensor: Sensor, horizon_s: float
+) -> Evaluation:
+    """Return what flights achieve together against futures: each target's earliest sighting."""
+    seen_at = np.full(len(futures), np.inf)
+    for track in tracks:
+        np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
+    return Evaluation(seen_at, futures.weight, futures.end_s, horizon_s)

@@ -1,0 +1,1 @@
+"""Recorded SUMO trajectories of the particles."""

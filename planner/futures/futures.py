@@ -1,0 +1,84 @@
+"""Futures: the recorded motion of all particles, as knots of piecewise straight motion."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Ints, Offsets, freeze
+
+NO_EDGE = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Futures:
+    """Where each particle is at every time.
+
+    Between two knots a particle moves straight at constant speed. It is nowhere before its first
+    knot; after its last one it rests there, or is gone. A particle without knots is never seen.
+    """
+
+    time_s: Floats  # (K,) seconds on the target's clock, rising within a particle
+    x_m: Floats  # (K,) metres
+    y_m: Floats  # (K,) metres
+    edge: Ints  # (K,) the edge driven from this knot to the next, NO_EDGE if unknown
+    first_knot: Offsets  # (N + 1,) where a particle's knots start
+    weight: Floats  # (N,) probability; sums to the probability that the target is there at all
+    gone: Flags  # (N,) True: vanishes after the last knot, False: rests there
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            time_s=np.float64,
+            x_m=np.float64,
+            y_m=np.float64,
+            edge=np.int32,
+            first_knot=np.int64,
+            weight=np.float64,
+            gone=np.bool_,
+        )
+        assert len(self.time_s) == len(self.x_m) == len(self.y_m) == len(self.edge)
+        assert self.first_knot[0] == 0
+        assert self.first_knot[-1] == len(self.time_s)
+
+    def __len__(self) -> int:
+        return len(self.weight)
+
+    @cached_property
+    def end_s(self) -> Floats:
+        """Time of each particle's last knot, (N,) seconds; -inf for one without knots."""
+        ends = np.full(len(self), -np.inf)
+        some = np.diff(self.first_knot) > 0
+        ends[some] = self.time_s[self.first_knot[1:][some] - 1]
+        return ends
+
+    def take(self, particles: Offsets | Flags) -> "Futures":
+        """Return the futures of some particles only, in the order given, weights as they are."""
+        index = np.arange(len(self))[particles]
+        counts = np.diff(self.first_knot)[index]
+        first = np.concatenate(([0], np.cumsum(counts)))
+        knots = np.arange(first[-1]) + np.repeat(self.first_knot[index] - first[:-1], counts)
+        return Futures(
+            time_s=self.time_s[knots],
+            x_m=self.x_m[knots],
+            y_m=self.y_m[knots],
+            edge=self.edge[knots],
+            first_knot=first,
+            weight=self.weight[index],
+            gone=self.gone[index],
+        )
+
+    def xy(self, particle: int, time_s: Floats | float) -> Floats:
+        """Return where one particle is at given times, (..., 2) metres, NaN where it is not."""
+        knots = slice(self.first_knot[particle], self.first_knot[particle + 1])
+        times = self.time_s[knots]
+        after = np.nan if self.gone[particle] else None
+        if len(times) == 0:
+            return np.full((*np.shape(time_s), 2), np.nan)
+        return np.stack(
+            [
+                np.interp(time_s, times, column[knots], left=np.nan, right=after)
+                for column in (self.x_m, self.y_m)
+            ],
+            axis=-1,
+        )

@@ -1,0 +1,146 @@
+"""Particles are driven through SUMO and become futures."""
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Offsets
+from planner.belief.particles import Particles
+from planner.errors import SumoError
+from planner.futures.futures import Futures
+from planner.futures.knots import Routes, futures_of_samples
+from planner.futures.simulation import Run, Vehicle, simulate
+from planner.network.road_network import RoadNetwork
+
+log = logging.getLogger(__name__)
+
+# Constants of the recording, never derived from the number of workers: the same particles give
+# the same bytes on any machine.
+SHARED = 100  # particles in one run, where they can be kept from noticing each other
+STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
+STEP_S = 1.0
+
+Progress = Callable[[int, int], None]  # particles recorded, particles in all
+
+
+def record(
+    network: RoadNetwork,
+    particles: Particles,
+    *,
+    horizon_s: float,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Futures:
+    """Return the futures of particles, as SUMO drives them up to the horizon.
+
+    Parameters
+    ----------
+    horizon_s
+        Seconds on the target's clock up to which motion is recorded.
+    workers
+        Processes; one per core if not given. They change nothing in the result.
+    progress
+        Called with the particles recorded so far and their number.
+
+    Raises
+    ------
+    SumoError
+        With SUMO's own message.
+    """
+    batches = _batches(network, particles)
+    parts: list[Futures] = []
+    for part in _in_processes(network, particles, batches, horizon_s, workers):
+        parts.append(part)
+        if progress is not None:
+            progress(sum(map(len, parts)), len(particles))
+    return joined(parts, particles)
+
+
+def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
+    """Return batches of futures as one, with the particles' weights and ends."""
+    counts = np.concatenate([np.diff(part.first_knot) for part in parts])
+    return Futures(
+        time_s=np.concatenate([part.time_s for part in parts]),
+        x_m=np.concatenate([part.x_m for part in parts]),
+        y_m=np.concatenate([part.y_m for part in parts]),
+        edge=np.concatenate([part.edge for part in parts]),
+        first_knot=np.concatenate(([0], np.cumsum(counts))),
+        weight=particles.weight,
+        gone=particles.gone,
+    )
+
+
+def _batches(network: RoadNetwork, particles: Particles) -> list[Offsets]:
+    """Particles that may share a run: many where nothing but their own speed drives them."""
+    one_lane = bool(np.all(network.edge_lanes[particles.route_edge] == 1))
+    size = SHARED if particles.driving == "constant" and one_lane else 1
+    return [np.arange(i, min(i + size, len(particles))) for i in range(0, len(particles), size)]
+
+
+def _in_processes(
+    network: RoadNetwork,
+    particles: Particles,
+    batches: Sequence[Offsets],
+    horizon_s: float,
+    workers: int | None,
+) -> Iterator[Futures]:
+    import joblib
+
+    count = min(workers or joblib.cpu_count(), len(batches))
+    work = (joblib.delayed(record_batch)(network, particles, batch, horizon_s) for batch in batches)
+    try:
+        yield from joblib.Parallel(n_jobs=count, return_as="generator")(work)
+    except KeyboardInterrupt:
+        _stop_workers()
+        raise
+    except joblib.externals.loky.process_executor.TerminatedWorkerError as error:
+        raise SumoError(f"a process that ran SUMO was killed ({error}); run it again") from error
+
+
+def _stop_workers() -> None:
+    from joblib.externals.loky import get_reusable_executor
+
+    get_reusable_executor().shutdown(wait=False, kill_workers=True)
+
+
+def record_batch(
+    network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float
+) -> Futures:
+    """Return the futures of some particles, out of one SUMO run; weights are not theirs yet."""
+    run = _run(network, particles, batch, horizon_s)
+    samples = simulate(network, run)
+    numbers = [batch[int(name)] for name in samples.names]
+    constant = particles.driving == "constant"
+    routes = Routes(
+        [particles.route(k) for k in numbers],
+        [particles.speeds(k) for k in numbers] if constant else None,
+    )
+    futures = futures_of_samples(samples, network, routes=routes, ended=(horizon_s, run.step_s))
+    return futures.take(np.argsort(numbers))
+
+
+def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float) -> Run:
+    straight = len(network.shape_xy_m) == 2 * len(network.road_ids)
+    constant = particles.driving == "constant"
+    vehicles = tuple(_vehicle(network, particles, k, str(i)) for i, k in enumerate(batch.tolist()))
+    return Run(
+        vehicles=vehicles,
+        free=not constant,
+        seed=int(particles.seed[batch[0]]),
+        step_s=STRAIGHT_STEP_S if constant and straight else STEP_S,
+        end_s=horizon_s,
+    )
+
+
+def _vehicle(network: RoadNetwork, particles: Particles, k: int, name: str) -> Vehicle:
+    route: Any = particles.route(k)
+    return Vehicle(
+        name=name,
+        edges=tuple(network.edge_ids[edge] for edge in route),
+        speeds_mps=tuple(particles.speeds(k).tolist()),
+        lengths_m=tuple(network.edge_length_m[route].tolist()),
+        start_m=float(particles.start_m[k]),
+        depart_s=float(particles.depart_s[k]),
+    )

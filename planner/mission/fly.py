@@ -1,0 +1,49 @@
+"""A plan meets the truth: each target is found or not, when, where and on which leg."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, freeze
+from planner.detection.evaluation import Evaluation
+from planner.detection.first_detection import first_detection
+from planner.detection.track import Sensor
+from planner.futures.futures import Futures
+from planner.search.plan import Plan
+
+
+@dataclass(frozen=True, eq=False)
+class MissionRecord:
+    """One flight per true target."""
+
+    evaluation: Evaluation  # when each is found; failure counts as the horizon
+    xy_m: Floats  # (N, 2) metres, where the target is when found; NaN if it is not
+    leg: Ints  # (N,) the leg flown, or flown to, when found, from 1; 0: none, or not found
+
+    def __post_init__(self) -> None:
+        freeze(self, xy_m=np.float64, leg=np.int32)
+
+
+def fly(plan: Plan, truth: Futures, sensor: Sensor, *, horizon_s: float) -> MissionRecord:
+    """Return what happens when a plan is flown against true targets, each on its own.
+
+    Parameters
+    ----------
+    truth
+        The motion of one or more true targets.
+    horizon_s
+        When the search is given up, seconds on the target's clock.
+    """
+    seen = np.array([first_detection(truth, track, sensor.radius_m) for track in plan.tracks])
+    evaluation = Evaluation(seen.min(axis=0), truth.weight, truth.end_s, horizon_s)
+    finder = seen.argmin(axis=0)
+    found = np.flatnonzero(evaluation.found)
+    xy_m = np.full((len(truth), 2), np.nan)
+    leg = np.zeros(len(truth), dtype=np.int32)
+    for k in found.tolist():
+        seen_s = evaluation.seen_at[k]
+        xy_m[k] = truth.xy(k, seen_s)
+        ends = [flown.end_s for flown in plan.legs[finder[k]]]
+        number = int(np.searchsorted(ends, seen_s)) + 1
+        leg[k] = number if number <= len(ends) else 0
+    return MissionRecord(evaluation, xy_m, leg)

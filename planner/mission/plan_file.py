@@ -1,0 +1,141 @@
+"""``plan.json``: the flight that alone reproduces every figure of a plan."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.detection.evaluation import Evaluation
+from planner.detection.track import Sensor, Track
+from planner.errors import InputError
+from planner.files import written_whole
+from planner.network.road_network import RoadNetwork
+from planner.search.plan import FlownLeg, Plan
+
+SCHEMA = "planner.plan/1"
+
+
+@dataclass(frozen=True, eq=False)
+class StoredPlan:
+    """A plan read back, with the sensor and the horizon it was made for."""
+
+    plan: Plan
+    sensor: Sensor
+    horizon_s: float
+
+
+def write_plan(path: Path, content: Mapping[str, Any]) -> None:
+    """Write ``plan.json`` from what ``plan_content`` returns."""
+    with written_whole(path) as new:
+        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def plan_content(
+    plan: Plan,
+    network: RoadNetwork,
+    *,
+    sensor: Sensor,
+    planned: Evaluation,
+    evaluated: Evaluation,
+    seed: int,
+) -> dict[str, Any]:
+    """Return a plan and its figures as plain data.
+
+    Parameters
+    ----------
+    planned
+        On the particles that the plan was made from.
+    evaluated
+        On fresh targets, drawn under ``seed``.
+    """
+    return {
+        "schema": SCHEMA,
+        "method": plan.method,
+        "uavs": [
+            {
+                "waypoints": np.stack([track.time_s, track.x_m, track.y_m], axis=1).tolist(),
+                "legs": [_leg(flown, network) for flown in legs],
+                "sensor_on": track.sensor_on.tolist(),
+            }
+            for track, legs in zip(plan.tracks, plan.legs, strict=True)
+        ],
+        "planned": {
+            "expected_detection_time_s": planned.expected_detection_time_s,
+            "detection_probability": planned.detection_probability,
+            "particles": len(planned.weight),
+            "horizon_s": planned.horizon_s,
+            "radius_m": sensor.radius_m,
+        },
+        "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
+    }
+
+
+def figures(evaluation: Evaluation) -> dict[str, Any]:
+    """Return the figures by which plans are compared, as plain data."""
+    return {
+        "expected_detection_time_s": evaluation.expected_detection_time_s,
+        "ci95_s": list(evaluation.ci95_s),
+        "detection_probability": evaluation.detection_probability,
+        "found_before_goal_probability": evaluation.found_before_goal_probability,
+    }
+
+
+def _leg(flown: FlownLeg, network: RoadNetwork) -> dict[str, Any]:
+    ends = [network.road_from[flown.road], network.road_to[flown.road]]
+    start, end = ends[::-1] if flown.leg % 2 else ends
+    return {
+        "road": network.road_ids[flown.road],
+        "from_node": network.node_ids[start],
+        "to_node": network.node_ids[end],
+        "depart_s": flown.depart_s,
+        "start_s": flown.start_s,
+        "end_s": flown.end_s,
+    }
+
+
+def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
+    """Return the plan in a ``plan.json``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no plan, or names roads that are not in the network.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"
+        ) from error
+    except ValueError as error:
+        raise InputError(f"{path}: is not JSON ({error}); plan again") from error
+    try:
+        return _stored(content, network)
+    except (KeyError, TypeError, ValueError, IndexError, AssertionError) as error:
+        raise InputError(f"{path}: is no plan for this network ({error!r}); plan again") from error
+
+
+def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
+    if content["schema"] != SCHEMA:
+        raise ValueError(f"schema {content['schema']!r}, not {SCHEMA!r}")
+    road_index = {name: i for i, name in enumerate(network.road_ids)}
+    tracks, legs = [], []
+    for uav in content["uavs"]:
+        time_s, x_m, y_m = np.array(uav["waypoints"], dtype=float).T
+        on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
+        tracks.append(Track(time_s, x_m, y_m, on))
+        legs.append(tuple(_flown(leg, road_index, network) for leg in uav["legs"]))
+    return StoredPlan(
+        Plan(content["method"], tuple(tracks), tuple(legs)),
+        Sensor(float(content["planned"]["radius_m"])),
+        float(content["planned"]["horizon_s"]),
+    )
+
+
+def _flown(leg: Mapping[str, Any], road_index: Mapping[str, int], network: RoadNetwork) -> FlownLeg:
+    road = road_index[leg["road"]]
+    against = leg["from_node"] != network.node_ids[network.road_from[road]]
+    return FlownLeg(2 * road + int(against), leg["depart_s"], leg["start_s"], leg["end_s"])

@@ -1,0 +1,140 @@
+"""From an open scenario to what planners and missions need: recordings, problems, plans."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from planner.belief.opening import Opened
+from planner.belief.prior import Prior
+from planner.belief.sampling import Sampling, predefined, sample
+from planner.detection.track import Sensor
+from planner.futures.futures import Futures
+from planner.futures.record import Progress
+from planner.futures.store import Recording, recorded
+from planner.search.methods import Method
+from planner.search.plan import Plan
+from planner.search.problem import Budget, Problem, Uav
+from planner.streams import stream
+
+FRESH_TARGETS = 4000  # how many a plan is evaluated on
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Records targets of a scenario; each use draws from a stream of its own.
+
+    Planners see ``planning`` only: no planner can reach the streams of the others.
+    """
+
+    opened: Opened
+    workers: int | None = None
+    progress: Progress | None = None
+
+    def planning(self, step: int | None = None) -> Recording:
+        """Return the particles that planners work on; a number gives another, disjoint set."""
+        search = self.opened.scenario.search
+        name = ("particles",) if step is None else ("particles", step)
+        return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
+
+    def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
+        """Return the fresh targets on which plans are evaluated, independent draws."""
+        return self._drawn(self.opened.truth_prior, targets, ("evaluation",))
+
+    def truths(self, targets: int, *, seed: int) -> Recording:
+        """Return true targets for missions, independent draws under a seed of their own."""
+        return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
+
+    def predefined(self, route: Sequence[str], *, speed_mps: float, offset_m: float) -> Recording:
+        """Return one true target with a given route, as in Section 5 of the paper."""
+        prior, network = self.opened.truth_prior, self.opened.network
+        rng = stream(self.opened.scenario.search.seed, "truth")
+        target = predefined(network, prior, route, rng, speed_mps=speed_mps, offset_m=offset_m)
+        return recorded(
+            network,
+            target,
+            horizon_s=self.opened.scenario.search.horizon_s,
+            scenario={"route": list(route)},
+            workers=self.workers,
+        )
+
+    def _drawn(
+        self,
+        prior: Prior,
+        n: int,
+        name: Sequence[str | int],
+        *,
+        sampling: Sampling = "iid",
+        seed: int | None = None,
+    ) -> Recording:
+        scenario, network = self.opened.scenario, self.opened.network
+        seed = scenario.search.seed if seed is None else seed
+        horizon_s = scenario.search.horizon_s
+        rng = stream(seed, *name)
+        particles = sample(prior, network, n, rng, sampling=sampling, horizon_s=horizon_s)
+        belief = scenario.target if prior is self.opened.prior else scenario.truth
+        drawn_from = {
+            "target": belief.model_dump(mode="json", exclude_none=True),
+            "horizon_s": horizon_s,
+            "sampling": sampling,
+            "seed": seed,
+            "stream": list(name),
+        }
+        return recorded(
+            network,
+            particles,
+            horizon_s=horizon_s,
+            scenario=drawn_from,
+            workers=self.workers,
+            progress=self.progress,
+        )
+
+
+def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None) -> Problem:
+    """Return the planning problem of a scenario on given futures.
+
+    Parameters
+    ----------
+    method
+        One that plans by simulation takes off later by the scenario's ``planning_time_s``.
+    """
+    scenario = opened.scenario
+    charged_s = scenario.search.planning_time_s if method and method.simulates else 0.0
+    x_m, y_m = opened.uav_xy_m
+    uav = Uav(
+        x_m=x_m,
+        y_m=y_m,
+        take_off_s=scenario.take_off_s + charged_s,
+        speed_mps=scenario.uav.speed_mps,
+        altitude_m=scenario.uav.altitude_m,
+        max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
+    )
+    sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
+    return Problem(opened.network, futures, (uav,), sensor, scenario.search.horizon_s)
+
+
+def make_plan(method: Method, opened: Opened, recorder: Recorder, futures: Futures) -> Plan:
+    """Return the plan that a method makes for a scenario on given futures.
+
+    Raises
+    ------
+    NotApplicableError
+        If the method cannot work on this problem.
+    """
+    problem = problem_of(opened, futures, method=method)
+    budget = Budget(roads=opened.scenario.search.depth)
+    rng = stream(opened.scenario.search.seed, "planner", method.name)
+    return _planner(method, opened, recorder)(problem, budget=budget, rng=rng)
+
+
+def _planner(method: Method, opened: Opened, recorder: Recorder) -> Callable[..., Plan]:
+    if method.name != "greedy":
+        return method.load()
+    from planner.search.greedy import GreedyOptions, greedy
+
+    def again(step: int) -> Futures:
+        return recorder.planning(step).futures
+
+    options = GreedyOptions(**opened.scenario.greedy.model_dump())
+    return partial(greedy, options=options, resample=again)

@@ -1,0 +1,1 @@
+"""A SUMO net as columns."""

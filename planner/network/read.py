@@ -1,0 +1,215 @@
+"""A SUMO network file as columns, read once and kept."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Protocol
+from zipfile import BadZipFile
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, Offsets
+from planner.errors import InputError
+from planner.files import cache_folder, written_whole
+from planner.network.build import build_net, import_osm
+from planner.network.road_network import RoadNetwork
+from planner.network.sumo import parse_net
+
+CAR = "passenger"
+# Goes into the name of kept columns: raise it when their meaning changes.
+COLUMNS_VERSION = 1
+TEXTS = ("node_ids", "road_ids", "edge_ids")
+ARRAYS = (
+    "node_xy_m",
+    "road_from",
+    "road_to",
+    "first_point",
+    "shape_xy_m",
+    "edge_road",
+    "edge_length_m",
+    "edge_limit_mps",
+    "edge_lanes",
+    "first_turn",
+    "turn_edge",
+)
+
+
+class NetworkSection(Protocol):
+    """Where a scenario takes its network from; paths relative to the scenario's folder."""
+
+    @property
+    def nodes(self) -> str | None:
+        """Plain-XML nodes; with ``edges``."""
+
+    @property
+    def edges(self) -> str | None:
+        """Plain-XML edges."""
+
+    @property
+    def connections(self) -> str | None:
+        """Plain-XML connections, optional."""
+
+    @property
+    def signals(self) -> str | None:
+        """Plain-XML signal programs, optional."""
+
+    @property
+    def net(self) -> str | None:
+        """A ``.net.xml``."""
+
+    @property
+    def osm(self) -> str | None:
+        """An OpenStreetMap extract."""
+
+    @property
+    def abstract(self) -> bool:
+        """Whether plain-XML sources are built with exact geometry."""
+
+
+def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
+    """Return the network that a scenario names, built by netconvert if need be.
+
+    Parameters
+    ----------
+    folder
+        Where relative paths start: the scenario's folder.
+
+    Raises
+    ------
+    InputError
+        If a source is missing, broken or without roads for cars.
+    """
+    if section.net is not None:
+        return read_net(folder / section.net)
+    if section.osm is not None:
+        osm = folder / section.osm
+        return read_net(import_osm(osm), source=osm)
+    if section.nodes is None or section.edges is None:
+        raise InputError(f"{folder}: the network needs nodes and edges, or net, or osm")
+    net = build_net(
+        folder / section.nodes,
+        folder / section.edges,
+        connections=None if section.connections is None else folder / section.connections,
+        signals=None if section.signals is None else folder / section.signals,
+        abstract=section.abstract,
+    )
+    return read_net(net, source=folder / section.edges)
+
+
+def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
+    """Return the roads of a ``.net.xml`` that a passenger car may use, in the file's order.
+
+    Every edge is a road; its polyline runs from node to node. A turn straight back is left out
+    where the target has another way on. What was read is kept beside the built networks, by the
+    file's content.
+
+    Parameters
+    ----------
+    source
+        The file that the user gave, if another one, for messages.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a SUMO net, or has no edge for cars.
+    """
+    try:
+        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror or error}); give a SUMO .net.xml"
+        ) from error
+    kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
+    columns = _load(kept)
+    if columns is None:
+        columns = _columns(path, source or path)
+        _save(kept, columns)
+    return RoadNetwork(**columns, path=path, sha256=sha256)
+
+
+def _columns(path: Path, source: Path) -> dict[str, Any]:
+    """Return the fields of ``RoadNetwork`` that come from the file's content."""
+    net = parse_net(path)
+    edges = [edge for edge in net.getEdges(False) if edge.allows(CAR)]
+    if not edges:
+        raise InputError(
+            f"{source}: no edge for passenger cars; give a file with roads, "
+            "or look at their allow and disallow"
+        )
+    ends = {end for edge in edges for end in (edge.getFromNode(), edge.getToNode())}
+    nodes = [node for node in net.getNodes() if node in ends]
+    place = {node: i for i, node in enumerate(nodes)}
+    shapes = [_shape(edge) for edge in edges]
+    turns = _turns(edges)
+    names = tuple(str(edge.getID()) for edge in edges)
+    return {
+        "node_ids": tuple(str(node.getID()) for node in nodes),
+        "node_xy_m": np.array([node.getCoord() for node in nodes], dtype=np.float64),
+        "road_ids": names,
+        "road_from": np.array([place[edge.getFromNode()] for edge in edges], dtype=np.int32),
+        "road_to": np.array([place[edge.getToNode()] for edge in edges], dtype=np.int32),
+        "first_point": _offsets(shapes),
+        "shape_xy_m": np.concatenate(shapes),
+        "edge_ids": names,
+        "edge_road": np.arange(len(edges), dtype=np.int32),
+        "edge_length_m": np.array([edge.getLength() for edge in edges], dtype=np.float64),
+        "edge_limit_mps": np.array([_limit_mps(edge) for edge in edges], dtype=np.float64),
+        "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
+        "first_turn": _offsets(turns),
+        "turn_edge": np.concatenate(turns),
+    }
+
+
+def _shape(edge: Any) -> Floats:
+    """Return an edge's reference line, (k, 2) metres, led to the points of its two nodes."""
+    first, last = edge.getFromNode().getCoord(), edge.getToNode().getCoord()
+    points = [first, *edge.getRawShape(), last]
+    different = [points[0]] + [b for a, b in pairwise(points) if a != b]
+    # A loop of no length would be a single point.
+    return np.array(different if len(different) > 1 else [first, last], dtype=np.float64)
+
+
+def _limit_mps(edge: Any) -> float:
+    return float(max(lane.getSpeed() for lane in _car_lanes(edge)))
+
+
+def _car_lanes(edge: Any) -> list[Any]:
+    return [lane for lane in edge.getLanes() if lane.allows(CAR)]
+
+
+def _turns(edges: Sequence[Any]) -> list[Ints]:
+    """Return the edges that a car may drive after each edge, in the edges' order."""
+    index = {edge: i for i, edge in enumerate(edges)}
+    turns: list[Ints] = []
+    for edge in edges:
+        ways = edge.getAllowedOutgoing(CAR).items()
+        onward = [index[to] for to, links in ways if not _turns_back(links)]
+        back = [index[to] for to, links in ways if _turns_back(links)]
+        turns.append(np.array(sorted(onward or back), dtype=np.int32))
+    return turns
+
+
+def _turns_back(links: Sequence[Any]) -> bool:
+    return all(link.getDirection() in "tT" for link in links)
+
+
+def _offsets(parts: Sequence[Floats] | Sequence[Ints]) -> Offsets:
+    return np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(np.int64)
+
+
+def _save(path: Path, columns: Mapping[str, Any]) -> None:
+    texts = json.dumps({name: columns[name] for name in TEXTS})
+    with written_whole(path) as new, new.open("wb") as file:
+        np.savez(file, texts=np.array(texts), **{name: columns[name] for name in ARRAYS})
+
+
+def _load(path: Path) -> dict[str, Any] | None:
+    """Return kept columns, or None where there are none or they were damaged."""
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            texts = {name: tuple(ids) for name, ids in json.loads(str(kept["texts"])).items()}
+            return {**texts, **{name: kept[name] for name in ARRAYS}}
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None

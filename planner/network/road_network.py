@@ -1,0 +1,110 @@
+"""The road network as columns: nodes, roads with their polylines, and the edges targets drive."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, Offsets, freeze
+
+
+@dataclass(frozen=True, eq=False)
+class RoadNetwork:
+    """Nodes and roads as the UAV flies them, edges and turns as a target drives them.
+
+    A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's; today
+    every edge is a road of its own (``edge_road`` is the identity).
+    """
+
+    node_ids: tuple[str, ...]  # V names
+    node_xy_m: Floats  # (V, 2) metres, x east, y north
+    road_ids: tuple[str, ...]  # R names
+    road_from: Ints  # (R,) node index
+    road_to: Ints  # (R,) node index
+    first_point: Offsets  # (R + 1,) where a road's points start in shape_xy_m
+    shape_xy_m: Floats  # (P, 2) metres; each road from its first to its last node
+    edge_ids: tuple[str, ...]  # E names
+    edge_road: Ints  # (E,) road index
+    edge_length_m: Floats  # (E,) metres, as SUMO drives it
+    edge_limit_mps: Floats  # (E,) speed limit
+    edge_lanes: Ints  # (E,) number of lanes a car may use
+    first_turn: Offsets  # (E + 1,) where an edge's turns start in turn_edge
+    turn_edge: Ints  # (T,) the edge that a turn leads to
+    path: Path  # the .net.xml that SUMO loads
+    sha256: str  # of that file
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            node_xy_m=np.float64,
+            road_from=np.int32,
+            road_to=np.int32,
+            first_point=np.int64,
+            shape_xy_m=np.float64,
+            edge_road=np.int32,
+            edge_length_m=np.float64,
+            edge_limit_mps=np.float64,
+            edge_lanes=np.int32,
+            first_turn=np.int64,
+            turn_edge=np.int32,
+        )
+        assert len(self.first_point) == len(self.road_ids) + 1
+        assert len(self.first_turn) == len(self.edge_ids) + 1
+
+    @cached_property
+    def road_length_m(self) -> Floats:
+        """Length of each road's polyline, (R,) metres: what the UAV flies."""
+        ends = self._travelled_m[self.first_point[1:] - 1]
+        return np.asarray(ends - self._travelled_m[self.first_point[:-1]])
+
+    @cached_property
+    def edge_index(self) -> dict[str, int]:
+        """Index of each edge by its name."""
+        return {name: i for i, name in enumerate(self.edge_ids)}
+
+    @cached_property
+    def node_index(self) -> dict[str, int]:
+        """Index of each node by its name."""
+        return {name: i for i, name in enumerate(self.node_ids)}
+
+    def turns(self, edge: int) -> Ints:
+        """Return the edges that a target may drive after ``edge``, (k,)."""
+        return self.turn_edge[self.first_turn[edge] : self.first_turn[edge + 1]]
+
+    def shape(self, road: int) -> Floats:
+        """Return a road's polyline, (k, 2) metres."""
+        return self.shape_xy_m[self.first_point[road] : self.first_point[road + 1]]
+
+    @cached_property
+    def _travelled_m(self) -> Floats:
+        """Length of all polylines up to each point, (P,) metres, roads one after the other."""
+        steps = np.linalg.norm(np.diff(self.shape_xy_m, axis=0), axis=1)
+        steps[self.first_point[1:-1] - 1] = 0.0
+        return np.concatenate(([0.0], np.cumsum(steps)))
+
+    def xy(self, road: Ints | int, distance_m: Floats | float) -> Floats:
+        """Return the points at given distances along roads, (..., 2) metres.
+
+        Distances below zero or beyond a road's length give its ends.
+        """
+        first, last = self.first_point[road], self.first_point[np.asarray(road) + 1] - 1
+        start_m = self._travelled_m[first]
+        along_m = start_m + np.clip(distance_m, 0.0, self._travelled_m[last] - start_m)
+        point = np.searchsorted(self._travelled_m, along_m, side="right") - 1
+        point = np.clip(point, first, last - 1)
+        step_m = self._travelled_m[point + 1] - self._travelled_m[point]
+        share = np.divide(
+            along_m - self._travelled_m[point], step_m, out=np.zeros_like(step_m), where=step_m > 0
+        )
+        a, b = self.shape_xy_m[point], self.shape_xy_m[point + 1]
+        return np.asarray(a + (b - a) * share[..., None])
+
+    def edge_xy(self, edge: Ints | int, distance_m: Floats | float) -> Floats:
+        """Return the points of the drawn roads at distances that SUMO tells, (..., 2) metres.
+
+        SUMO's length of an edge may differ from the drawn one; distances are scaled.
+        """
+        road = self.edge_road[edge]
+        share = np.asarray(distance_m) / self.edge_length_m[edge]
+        return self.xy(road, share * self.road_length_m[road])

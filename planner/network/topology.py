@@ -1,0 +1,67 @@
+"""The road network as a directed graph: where targets can come from, go to, and go round."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.arrays import Ints
+from planner.network.road_network import RoadNetwork
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+
+def road_graph(network: RoadNetwork) -> "nx.MultiDiGraph[Any]":
+    """Return the directed graph of node indices, one edge per road with the road as its key."""
+    import networkx as nx
+
+    graph: nx.MultiDiGraph[Any] = nx.MultiDiGraph()
+    graph.add_nodes_from(range(len(network.node_ids)))
+    ends = zip(network.road_from.tolist(), network.road_to.tolist(), strict=True)
+    graph.add_edges_from((start, end, road) for road, (start, end) in enumerate(ends))
+    return graph
+
+
+def sources(network: RoadNetwork) -> Ints:
+    """Return the nodes into which no road leads, (k,) indices."""
+    return _without(network, network.road_to)
+
+
+def sinks(network: RoadNetwork) -> Ints:
+    """Return the nodes out of which no road leads, (k,) indices."""
+    return _without(network, network.road_from)
+
+
+def find_cycle(network: RoadNetwork) -> tuple[str, ...]:
+    """Return the names of roads on which a target could drive round for ever, () if there are none.
+
+    The cycle is one of the shortest through the first node that lies on any.
+    """
+    import networkx as nx
+
+    graph = road_graph(network)
+    for circle in sorted(nx.strongly_connected_components(graph), key=min):
+        start = min(circle)
+        if len(circle) > 1 or graph.has_edge(start, start):
+            return _shortest_cycle(network, graph, start)
+    return ()
+
+
+def _shortest_cycle(
+    network: RoadNetwork, graph: "nx.MultiDiGraph[Any]", start: int
+) -> tuple[str, ...]:
+    import networkx as nx
+
+    if graph.has_edge(start, start):
+        nodes = [start, start]
+    else:
+        before = nx.single_target_shortest_path(graph, start)
+        nodes = [start, *min((before[n] for n in graph.successors(start) if n in before), key=len)]
+    hops = pairwise(nodes)
+    return tuple(network.road_ids[min(graph[start][end])] for start, end in hops)
+
+
+def _without(network: RoadNetwork, ends: Ints) -> Ints:
+    degree = np.bincount(ends, minlength=len(network.node_ids))
+    return np.flatnonzero(degree == 0).astype(np.int32)

@@ -1,0 +1,101 @@
+"""Detection curves: the probability of having found the target, against time."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.detection.evaluation import Evaluation
+from planner.report.flight import flight_span
+from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
+from planner.report.units import time_unit
+from planner.search.plan import Plan
+from planner.search.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LINES: tuple[dict[str, Any], ...] = (
+    {"color": UAV_COLOUR, "linestyle": (0, (4, 1.5)), "linewidth": 1.6},
+    {"color": TARGET_COLOUR, "linestyle": "-", "linewidth": 2.0},
+    {"color": "#009e73", "linestyle": ":", "linewidth": 2.0},
+)
+
+
+def draw_curves(
+    axes: "Axes", problem: Problem, plan: Plan, evaluations: Mapping[str, Evaluation]
+) -> None:
+    """Draw a detection curve per evaluation, the horizon, and when targets reach their goal."""
+    from matplotlib.ticker import PercentFormatter
+
+    unit, unit_s = time_unit(problem.horizon_s)
+    start_s = min(0.0, *(uav.take_off_s for uav in problem.uavs))
+    for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
+        _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
+    _draw_arrivals(axes, list(evaluations.values())[-1], unit_s)
+    axes.axvline(problem.horizon_s / unit_s, color="black", linewidth=1.2, label="horizon")
+    _draw_time_strip(axes, problem, plan, unit_s)
+    axes.set(
+        xlim=(start_s / unit_s, problem.horizon_s / unit_s * 1.015),
+        ylim=(-0.06, 1.03),
+        xlabel=f"time ({unit})",
+    )
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.set_title("probability of having found the target", loc="left")
+    axes.grid(color="#e8e8e8", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors="#444444", length=3)
+    _put_legend(axes, evaluations)
+
+
+def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation]) -> None:
+    """Put the legend into the corner that the curves leave free, above the strip of times."""
+    early = [
+        float(e.weight @ (e.seen_at <= 0.4 * e.horizon_s)) > 0.35 for e in evaluations.values()
+    ]
+    if all(early):
+        axes.legend(loc="lower right", bbox_to_anchor=(0.985, 0.05), framealpha=0.95)
+    else:
+        axes.legend(loc="upper left", framealpha=0.95)
+
+
+def _draw_curve(
+    axes: "Axes",
+    name: str,
+    evaluation: Evaluation,
+    *,
+    start_s: float,
+    unit_s: float,
+    **line: Any,
+) -> None:
+    times_s, probability = evaluation.curve()
+    found = evaluation.detection_probability
+    axes.step(
+        np.concatenate(([start_s], times_s, [evaluation.horizon_s])) / unit_s,
+        np.concatenate(([0.0], probability, [found])),
+        where="post",
+        label=f"{name}: {found:.1%} found, mean {evaluation.expected_detection_time_s:,.0f} s",
+        **line,
+    )
+
+
+def _draw_arrivals(axes: "Axes", evaluation: Evaluation, unit_s: float) -> None:
+    """Shade the times at which targets reach their goal, if they do so within the horizon."""
+    ends_s = evaluation.end_s[np.isfinite(evaluation.end_s) & (evaluation.weight > 0)]
+    if len(ends_s) and ends_s.min() < evaluation.horizon_s:
+        first, last = float(ends_s.min()), min(float(ends_s.max()), evaluation.horizon_s)
+        label = "targets reach their goal"
+        axes.axvspan(first / unit_s, last / unit_s, color="#f0e442", alpha=0.25, lw=0, label=label)
+
+
+def _draw_time_strip(axes: "Axes", problem: Problem, plan: Plan, unit_s: float) -> None:
+    """Draw under the curves the colours that times have on the map."""
+    first_s, last_s = flight_span(problem, plan)
+    if last_s > first_s:
+        times_s = np.linspace(first_s, last_s, 128)
+        axes.imshow(
+            time_colours(times_s, problem, plan)[np.newaxis],
+            extent=(first_s / unit_s, last_s / unit_s, -0.06, -0.025),
+            aspect="auto",
+            zorder=2,
+        )

@@ -1,0 +1,227 @@
+"""Pieces of a map: the net, where targets may be, how the UAV flies."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.arrays import Flags, Floats
+from planner.futures.futures import Futures
+from planner.network.road_network import RoadNetwork
+from planner.report.flight import Piece, along, flight_span
+from planner.search.plan import Plan
+from planner.search.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
+
+NET_COLOUR = "#c8c8c8"
+TARGET_COLOUR = "#0072b2"
+FOUND_COLOUR = "#d9d9d9"
+UAV_COLOUR = "#d55e00"
+WAY_COLOUR = "#555555"
+FLIGHT_MAP = "viridis"
+CELLS = 64  # across a map, when targets close to each other are drawn as one disc
+NUMBER_PLACES = (0.5, 0.32, 0.68, 0.2, 0.8)  # along a road, tried in this order
+
+
+@dataclass(frozen=True)
+class View:
+    """What a map shows: a square around the net, and the unit of its axes."""
+
+    west_m: float
+    south_m: float
+    size_m: float
+
+    @classmethod
+    def of(cls, network: RoadNetwork, *, margin: float = 0.07) -> "View":
+        """Return the square around a net, with a margin as a share of its size on each side."""
+        low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
+        size = max(float((high - low).max()), 1.0) * (1 + 2 * margin)
+        west, south = ((low + high) / 2 - size / 2).tolist()
+        return cls(west, south, size)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the axes."""
+        return "km" if self.size_m >= 2000 else "m"
+
+    def place(self, xy_m: Floats) -> Floats:
+        """Return points in the unit of the axes."""
+        return xy_m / (1000.0 if self.unit == "km" else 1.0)
+
+    def contains(self, xy_m: Floats) -> Flags:
+        """Tell which points lie inside, (...,)."""
+        offset = (xy_m - (self.west_m, self.south_m)) / self.size_m
+        return np.asarray(np.all((offset >= 0) & (offset <= 1), axis=-1))
+
+    def nearest(self, xy_m: Floats) -> Floats:
+        """Return the points of the square nearest to given ones, a little inside its border."""
+        corner = np.array([self.west_m, self.south_m])
+        inside = 0.015 * self.size_m
+        return np.clip(xy_m, corner + inside, corner + self.size_m - inside)
+
+    def frame(self, axes: "Axes", *, numbered: bool) -> None:
+        """Set limits, shape and labels of a map."""
+        corner = np.array([self.west_m, self.south_m])
+        (west, south), (east, north) = self.place(np.stack([corner, corner + self.size_m]))
+        axes.set(xlim=(west, east), ylim=(south, north), aspect="equal")
+        for side in axes.spines.values():
+            side.set_color(NET_COLOUR)
+        if numbered:
+            axes.set(xlabel=f"east ({self.unit})", ylabel=f"north ({self.unit})")
+            axes.tick_params(colors="#444444", length=3)
+        else:
+            axes.set(xticks=[], yticks=[])
+
+
+def positions(futures: Futures, time_s: float) -> Floats:
+    """Return where all particles are at one time, (N, 2) metres, NaN where they are not."""
+    passed = np.concatenate(([0], np.cumsum(futures.time_s <= time_s)))
+    first, end = futures.first_knot[:-1], futures.first_knot[1:]
+    count = passed[end] - passed[first]
+    there = (count > 0) & ~(futures.gone & (time_s > futures.end_s))
+    xy = np.full((len(futures), 2), np.nan)
+    before = (first + count - 1)[there]
+    after = np.minimum(before + 1, end[there] - 1)
+    span = futures.time_s[after] - futures.time_s[before]
+    share = np.divide(
+        time_s - futures.time_s[before], span, out=np.zeros_like(span), where=span > 0
+    )
+    for axis, column in enumerate((futures.x_m, futures.y_m)):
+        xy[there, axis] = column[before] + share * (column[after] - column[before])
+    return xy
+
+
+def draw_net(axes: "Axes", network: RoadNetwork, view: View, *, width: float) -> "LineCollection":
+    """Draw all roads as grey lines; return them, to be coloured otherwise."""
+    from matplotlib.collections import LineCollection
+
+    roads = [view.place(network.shape(road)) for road in range(len(network.road_ids))]
+    lines = LineCollection(roads, colors=NET_COLOUR, linewidths=width, capstyle="round", zorder=1)
+    axes.add_collection(lines, autolim=False)
+    return lines
+
+
+def draw_targets(
+    axes: "Axes", view: View, xy_m: Floats, weight: Floats, *, colour: str, points: float
+) -> None:
+    """Draw discs whose areas are probabilities: a certain target is a quarter of the map wide.
+
+    Parameters
+    ----------
+    points
+        Width of the map on paper, in points.
+    """
+    here = np.isfinite(xy_m).all(axis=1) & (weight > 0)
+    if not here.any():
+        return
+    xy_m, weight = xy_m[here], weight[here]
+    cell = np.floor((xy_m - (view.west_m, view.south_m)) / view.size_m * CELLS).astype(int)
+    _, which = np.unique(cell, axis=0, return_inverse=True)
+    which = which.ravel()
+    mass = np.bincount(which, weights=weight)
+    middle = np.stack([np.bincount(which, weights=weight * c) / mass for c in xy_m.T], axis=1)
+    area = np.maximum(mass * (points / 4) ** 2, 1.0)
+    place = view.place(middle)
+    axes.scatter(place[:, 0], place[:, 1], s=area, c=colour, linewidths=0, alpha=0.8, zorder=3)
+
+
+def draw_flight(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floats) -> None:
+    """Draw a flight: roads thick and coloured, ways between them thin and broken, arrows on both.
+
+    Parameters
+    ----------
+    colours
+        One colour per piece, (len(flight), 4) red, green, blue, opacity.
+    """
+    from matplotlib.collections import LineCollection
+
+    shapes = [view.place(piece.xy_m) for piece in flight]
+    roads = [k for k, piece in enumerate(flight) if piece.order]
+    ways = [k for k, piece in enumerate(flight) if not piece.order]
+    lines = [
+        LineCollection(
+            [shapes[k] for k in ways], colors=WAY_COLOUR, linewidths=1.1, linestyles="--", zorder=2
+        ),
+        LineCollection([shapes[k] for k in roads], colors=colours[roads], linewidths=3.2, zorder=4),
+    ]
+    for line in lines:
+        axes.add_collection(line, autolim=False)
+    for k, piece in enumerate(flight):
+        colour = colours[k] if piece.order else WAY_COLOUR
+        _arrow(axes, view, piece, colour)
+
+
+def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floats) -> None:
+    """Write on each road flown its place in the order; numbers without room share a label."""
+    flown = [(piece, colour) for piece, colour in zip(flight, colours, strict=True) if piece.order]
+    size = 8.5 if len(flown) <= 30 else 6.5
+    labels: list[_Label] = []
+    for piece, colour in flown:
+        _put_number(labels, piece, colour, apart_m=view.size_m * size / 240)
+    for label in labels:
+        x, y = view.place(label.xy_m).tolist()
+        shape = "circle,pad=0.22" if len(label.numbers) == 1 else "round,pad=0.25"
+        axes.text(
+            x,
+            y,
+            ", ".join(map(str, label.numbers)),
+            size=size,
+            weight="bold",
+            ha="center",
+            va="center",
+            zorder=6,
+            bbox={"boxstyle": shape, "fc": "white", "ec": label.colour, "lw": 1.3},
+            clip_on=True,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Label:
+    xy_m: Floats  # (2,)
+    colour: Floats  # (4,)
+    numbers: list[int]
+
+
+def _put_number(labels: list[_Label], piece: Piece, colour: Floats, *, apart_m: float) -> None:
+    places = [along(piece.xy_m, share)[0] for share in NUMBER_PLACES]
+    for place in places:
+        if all(np.linalg.norm(place - label.xy_m) >= apart_m for label in labels):
+            labels.append(_Label(place, colour, [piece.order]))
+            return
+    nearest = min(labels, key=lambda label: float(np.linalg.norm(places[0] - label.xy_m)))
+    nearest.numbers.append(piece.order)
+
+
+def _arrow(axes: "Axes", view: View, piece: Piece, colour: Floats | str) -> None:
+    tip, direction = along(piece.xy_m, 0.8 if piece.order else 0.5)
+    length = float(np.linalg.norm(np.diff(piece.xy_m, axis=0), axis=1).sum())
+    if length < view.size_m / 25 or not view.contains(tip):
+        return
+    reach = direction * view.size_m / 1000
+    axes.annotate(
+        "",
+        xy=view.place(tip + reach).tolist(),
+        xytext=view.place(tip - reach).tolist(),
+        arrowprops={
+            "arrowstyle": "-|>,head_width=0.38,head_length=0.55",
+            "color": colour,
+            "lw": 0,
+            "shrinkA": 0,
+            "shrinkB": 0,
+            "mutation_scale": 13 if piece.order else 9,
+        },
+        zorder=5,
+    )
+
+
+def time_colours(times_s: Floats, problem: Problem, plan: Plan) -> Floats:
+    """Return the colour that each time of the flight has, (..., 4) red, green, blue, opacity."""
+    from matplotlib import colormaps
+
+    first_s, last_s = flight_span(problem, plan)
+    share = (times_s - first_s) / max(last_s - first_s, 1e-9)
+    return np.asarray(colormaps[FLIGHT_MAP](0.88 * share))  # its last yellow is lost on white

@@ -1,0 +1,222 @@
+"""Pictures: a plan with what it achieves, and where the target may be at a time."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.detection.evaluation import Evaluation
+from planner.detection.track import Track
+from planner.files import written_whole
+from planner.futures.futures import NO_EDGE
+from planner.futures.state_at import State
+from planner.network.road_network import RoadNetwork
+from planner.report.curves import draw_curves
+from planner.report.flight import pieces
+from planner.report.maps import (
+    FOUND_COLOUR,
+    TARGET_COLOUR,
+    UAV_COLOUR,
+    View,
+    draw_flight,
+    draw_net,
+    draw_order,
+    draw_targets,
+    positions,
+    time_colours,
+)
+from planner.report.units import clock, length, time_unit
+from planner.search.plan import Plan
+from planner.search.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STYLE = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters everywhere
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.labelcolor": "#444444",
+    "axes.spines.top": True,
+    "svg.hashsalt": "planner",
+}
+# Undated, or the same picture would differ from day to day; quickly compressed.
+AS_FILE: dict[str, dict[str, Any]] = {
+    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}},
+    ".svg": {"metadata": {"Date": None}},
+    ".pdf": {"metadata": {"CreationDate": None}},
+}
+COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+MOMENTS = 4
+
+
+def plan_picture(
+    path: Path,
+    problem: Problem,
+    plan: Plan,
+    *,
+    evaluations: Mapping[str, Evaluation],
+    title: str = "",
+) -> None:
+    """Draw a plan: its flight, the targets it looks for at four times, and its detection curves.
+
+    Parameters
+    ----------
+    path
+        ``.png``, ``.svg`` or ``.pdf``. The same plan gives the same bytes.
+    evaluations
+        Detection curves by their names, at most three. The first belongs to ``problem.futures``.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    seen_at = next(iter(evaluations.values())).seen_at
+    with _figure(path, (12.8, 6.9), title) as figure:
+        _draw_plan(_axes(figure, 0.65, 0.6, 5.45, 5.45), problem, plan)
+        curves = _axes(figure, 6.9, 2.75, 5.75, 3.3)
+        draw_curves(curves, problem, plan, evaluations)
+        for moment, time_s in enumerate(_moments(problem, seen_at)):
+            axes = _axes(figure, 6.9 + 1.458 * moment, 0.25, 1.375, 1.375)
+            _draw_moment(axes, problem, plan, seen_at, time_s)
+        note = "targets: not found yet (blue), found (grey); UAV: triangle"
+        figure.text(6.9 / 12.8, 1.97 / 6.9, note, size=9.5)
+
+
+def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str = "") -> None:
+    """Draw where the target may be: roads coloured by probability, discs where particles are.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    known = state.edge != NO_EDGE
+    roads = network.edge_road[state.edge[known]]
+    probability = np.zeros(len(network.road_ids))
+    np.add.at(probability, roads, state.weight[known])
+    with _figure(path, (7.6, 6.9), title) as figure:
+        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+        view = View.of(network)
+        _colour_roads(axes, network, view, probability, _axes(figure, 6.4, 1.3, 0.16, 4.0))
+        draw_targets(axes, view, state.xy_m, state.weight, colour="black", points=200.0)
+        view.frame(axes, numbered=True)
+        axes.set_title(
+            f"{clock(state.time_s)}; on the map with probability {state.weight.sum():.1%}\n"
+            "discs: particles, area is probability",
+            loc="left",
+        )
+
+
+@contextmanager
+def _figure(path: Path, size_inch: tuple[float, float], title: str) -> Iterator["Figure"]:
+    """Give an empty figure that is written whole at the end, whatever the user's own style."""
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context(["default", STYLE]):
+        figure = Figure(figsize=size_inch)
+        FigureCanvasAgg(figure)
+        figure.text(0.25 / size_inch[0], 1 - 0.33 / size_inch[1], title, size=12.5, weight="bold")
+        yield figure
+        kind = path.suffix.lower()
+        with written_whole(path) as new:
+            figure.savefig(new, format=kind[1:] or "png", dpi=120, **AS_FILE.get(kind, {}))
+
+
+def _axes(figure: "Figure", left: float, bottom: float, width: float, height: float) -> "Axes":
+    """Return axes placed in inches: quicker to draw, and steadier, than a layout that is sought."""
+    across, up = figure.get_size_inches().tolist()
+    return figure.add_axes((left / across, bottom / up, width / across, height / up))
+
+
+def _colour_roads(
+    axes: "Axes", network: RoadNetwork, view: View, probability: Floats, key: "Axes"
+) -> None:
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.ticker import PercentFormatter
+
+    shades = ListedColormap(colormaps["Blues"](np.linspace(0.25, 0.9, 256)))
+    scale = Normalize(0.0, max(float(probability.max(initial=0.0)), 1e-9))
+    some = probability > 0
+    draw_net(axes, network, view, width=1.0)
+    lines = draw_net(axes, network, view, width=1.0)
+    lines.set(colors=shades(scale(probability)), linewidths=np.where(some, 6.0, 0.0))
+    axes.figure.colorbar(ScalarMappable(scale, shades), cax=key)
+    key.set_ylabel("probability that the target is on the road")
+    key.yaxis.set_major_formatter(PercentFormatter(1.0))
+
+
+def _draw_plan(axes: "Axes", problem: Problem, plan: Plan) -> None:
+    view = View.of(problem.network)
+    flight = pieces(plan)
+    colours = time_colours(np.array([p.start_s + p.end_s for p in flight]) / 2, problem, plan)
+    draw_net(axes, problem.network, view, width=1.4)
+    draw_flight(axes, view, flight, colours)
+    draw_order(axes, view, flight, colours)
+    for track in plan.tracks:
+        _mark_uav(axes, view, track, -np.inf, size=9.0)
+    view.frame(axes, numbered=True)
+    axes.set_title(_flight_note(problem, plan, view), loc="left")
+
+
+def _draw_moment(
+    axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, time_s: float
+) -> None:
+    view, futures = View.of(problem.network), problem.futures
+    draw_net(axes, problem.network, view, width=0.7)
+    xy_m, found = positions(futures, time_s), seen_at <= time_s
+    for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
+        weight = futures.weight[which] / max(float(futures.weight[which].sum()), 1e-300)
+        draw_targets(axes, view, xy_m[which], weight, colour=colour, points=105.0)
+    for track in plan.tracks:
+        _mark_uav(axes, view, track, time_s, size=7.0)
+    view.frame(axes, numbered=False)
+    unit, unit_s = time_unit(problem.horizon_s)
+    share = float(futures.weight[found].sum())
+    axes.set_title(f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found", size=9.0, pad=3.5)
+
+
+def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: float) -> None:
+    """Draw the UAV as a triangle; hollow and where it enters the map while it is beyond."""
+    if len(track.time_s) == 0:
+        return
+    start_s = min(max(time_s, float(track.time_s[0])), track.end_s)
+    flight = track.xy(np.linspace(start_s, track.end_s, 2000))
+    inside = view.contains(flight)
+    first = flight[np.argmax(inside)]  # its own place, if it never enters
+    x, y = view.place(view.nearest(first)).tolist()
+    face = UAV_COLOUR if inside[0] else "white"
+    axes.plot(x, y, "^", ms=size, mfc=face, mec=UAV_COLOUR, mew=1.6, zorder=7, clip_on=False)
+
+
+def _moments(problem: Problem, seen_at: Floats) -> list[float]:
+    """Return times from take-off until nine tenths of the sightings are made, evenly apart."""
+    _, unit_s = time_unit(problem.horizon_s)
+    first_s = min(uav.take_off_s for uav in problem.uavs)
+    seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
+    last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
+    times_s = np.linspace(first_s, max(first_s, last_s), MOMENTS)
+    return [float(t) for t in np.ceil(times_s / unit_s) * unit_s]
+
+
+def _flight_note(problem: Problem, plan: Plan, view: View) -> str:
+    uav, roads = problem.uavs[0], problem.network.shape_xy_m
+    start = np.array([uav.x_m, uav.y_m])
+    where = "from the triangle"
+    if not view.contains(start):
+        offset = start - roads[np.argmin(np.linalg.norm(roads - start, axis=1))]
+        side = COMPASS[round(np.degrees(np.arctan2(offset[0], offset[1])) / 45) % 8]
+        where = f"{length(float(np.hypot(*offset)))} {side} of the net"
+    key = "roads in the order flown, coloured by time as under the curves"
+    if not any(plan.legs):
+        key = "it flies the broken line and waits at its end"
+    return f"UAV takes off at {clock(uav.take_off_s)}, {where};\n{key}"

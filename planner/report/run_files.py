@@ -1,0 +1,165 @@
+"""The files of a run, each written whole."""
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.belief.opening import Opened
+from planner.errors import OutputError
+from planner.files import written_whole
+from planner.futures.state_at import QUANTILES, RoadState, State
+from planner.futures.store import Recording
+from planner.mission.fly import MissionRecord
+from planner.mission.plan_file import figures, write_plan
+from planner.provenance import sha256_of_file, sha256_of_json
+from planner.report.overlay import write_overlay
+from planner.report.picture import plan_picture, where_picture
+from planner.report.tables import MethodRow
+from planner.report.units import clock
+from planner.search.plan import Plan
+from planner.search.problem import Problem
+
+PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
+PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
+RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
+WHERE = ("where.csv", "where.png")
+
+
+def write_run(
+    folder: Path, problem: Problem, plan: Plan, content: Mapping[str, Any], row: MethodRow
+) -> None:
+    """Write ``plan.json``, ``evaluation.parquet``, ``plan.png`` and ``plan.add.xml``."""
+    assert row.planned is not None
+    assert row.evaluated is not None
+    write_plan(folder / PLAN, content)
+    _write_evaluation(folder / EVALUATION, row)
+    write_overlay(folder / OVERLAY, plan, problem.network)
+    curves = {
+        f"{len(row.planned.weight):,} futures planned with": row.planned,
+        f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
+    }
+    plan_picture(folder / PICTURE, problem, plan, evaluations=curves)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write plain data as a JSON file."""
+    with written_whole(path) as new:
+        new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def hashes(opened: Opened, content: Mapping[str, Any], recording: Recording) -> dict[str, str]:
+    """Return the SHA-256 of what went into a plan and of the plan."""
+    return {
+        "net": opened.network.sha256,
+        "futures": sha256_of_file(recording.path),
+        "plan": sha256_of_json(content),
+    }
+
+
+def _write_evaluation(path: Path, row: MethodRow) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    evaluated = row.evaluated
+    assert evaluated is not None
+    columns = {
+        "target": np.arange(len(evaluated.weight), dtype=np.int32),
+        "weight": evaluated.weight,
+        "seen_at_s": pyarrow.array(evaluated.seen_at, mask=~evaluated.found),
+        "reached_goal_s": evaluated.end_s,
+    }
+    metadata = {"method": row.method, "horizon_s": repr(evaluated.horizon_s)}
+    with written_whole(path) as new:
+        table = pyarrow.table(columns).replace_schema_metadata(metadata)
+        pyarrow.parquet.write_table(table, new, compression="zstd")
+
+
+def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:
+    """Write one row per true target: found or not, when, where and on which leg."""
+    evaluation = record.evaluation
+    rows = []
+    for k, found in enumerate(evaluation.found.tolist()):
+        x_m, y_m = record.xy_m[k]
+        rows.append(
+            {
+                "target": k,
+                "speed": recording.speed_mps[k],
+                "route": recording.route[k],
+                "found": int(found),
+                "before_goal": int(found and evaluation.seen_at[k] < evaluation.end_s[k]),
+                "detection_time_s": float(evaluation.time_s[k]),
+                "x_m": float(x_m) if found else "",
+                "y_m": float(y_m) if found else "",
+                "leg": int(record.leg[k]) or "",
+            }
+        )
+    _write_csv(path, rows)
+
+
+def mission_line(record: MissionRecord) -> str:
+    """Return what happened in the mission against the first target, in words."""
+    evaluation = record.evaluation
+    if not evaluation.found[0]:
+        return f"not found; the search stopped at {clock(evaluation.horizon_s)}"
+    before = evaluation.seen_at[0] < evaluation.end_s[0]
+    x_m, y_m = record.xy_m[0]
+    where = f"at ({x_m:,.0f}, {y_m:,.0f}) m"
+    leg = f" on leg {record.leg[0]}" if record.leg[0] else ""
+    goal = "before" if before else "after"
+    return f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}, {goal} it reached its goal"
+
+
+def write_where(folder: Path, opened: Opened, state: State, roads: Sequence[RoadState]) -> None:
+    """Write ``where.csv`` and ``where.png``."""
+    rows = []
+    for road in roads:
+        row: dict[str, Any] = {"road": road.edge, "probability": road.probability}
+        for name in ("distance_m", "speed_mps"):
+            quantiles = zip(QUANTILES, getattr(road, name), strict=True)
+            row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
+        rows.append(row)
+    _write_csv(folder / WHERE[0], rows)
+    where_picture(folder / WHERE[1], opened.network, state, title=opened.scenario.title)
+
+
+def write_compare(path: Path, rows: Iterable[MethodRow], *, force: bool) -> None:
+    """Write the table of methods as CSV.
+
+    Raises
+    ------
+    OutputError
+        If the file is there already and ``force`` is not given.
+    """
+    if path.exists() and not force:
+        raise OutputError(f"{path}: is there already; name another file, or --force to replace it")
+    _write_csv(path, [compare_cells(row) for row in rows])
+
+
+def compare_cells(row: MethodRow) -> dict[str, Any]:
+    """Return a method's row as plain data; None where the method cannot be used."""
+    if row.evaluated is None or row.planned is None:
+        return {"method": row.method, "why_not": row.why_not}
+    told = figures(row.evaluated)
+    low_s, high_s = told.pop("ci95_s")
+    return {
+        "method": row.method,
+        **told,
+        "ci95_low_s": low_s,
+        "ci95_high_s": high_s,
+        "planned_expected_detection_time_s": row.planned.expected_detection_time_s,
+        "roads": row.roads,
+        "planning_s": row.took_s,
+        "why_not": row.why_not,
+    }
+
+
+def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with written_whole(path) as new, new.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)

@@ -1,0 +1,224 @@
+"""Tables for a terminal; plain text where there is none."""
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TextIO
+
+from planner.detection.evaluation import Evaluation
+from planner.futures.state_at import QUANTILES, RoadState
+from planner.network.road_network import RoadNetwork
+from planner.report.doctor import Finding
+from planner.report.intervals import found_intervals
+from planner.report.units import clock
+from planner.search.plan import Plan
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+PLAIN_WIDTH = 120  # characters, where no terminal tells its own
+TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
+
+
+@dataclass(frozen=True)
+class MethodRow:
+    """What one method achieves; or, with ``why_not``, why it cannot be used."""
+
+    method: str
+    planned: Evaluation | None = None  # on the futures that it planned with
+    evaluated: Evaluation | None = None  # on fresh targets
+    roads: int = 0
+    took_s: float | None = None  # wall-clock time of planning
+    why_not: str = ""
+
+
+def console(file: TextIO | None = None) -> "Console":
+    """Return where tables are printed: coloured on a terminal unless NO_COLOR is set.
+
+    Parameters
+    ----------
+    file
+        Standard output if left out.
+    """
+    from rich.console import Console
+
+    as_they_are: dict[str, Any] = {
+        "highlight": False,
+        "markup": False,
+        "emoji": False,
+    }  # names may hold [brackets]
+    found = Console(file=file, **as_they_are)
+    if found.is_terminal or "COLUMNS" in os.environ:
+        return found
+    return Console(file=file, width=PLAIN_WIDTH, **as_they_are)
+
+
+def plan_table(row: MethodRow) -> "Table":
+    """Return what a plan achieves on its own futures and on fresh targets."""
+    assert row.planned is not None
+    assert row.evaluated is not None
+    both = (row.planned, row.evaluated)
+    table = _table(f"{row.method}: {row.roads} roads" if row.roads else row.method)
+    table.add_column("")
+    table.add_column(f"{len(row.planned.weight):,} futures planned with", justify="right")
+    table.add_column(f"{len(row.evaluated.weight):,} fresh targets", justify="right")
+    table.add_column("95 % interval", justify="right")
+    time_s, found, before = row.evaluated.ci95_s, *found_intervals(row.evaluated)
+    lines = (
+        ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
+        ("found", [_share(e.detection_probability) for e in both], found),
+        ("found before its goal", [_share(e.found_before_goal_probability) for e in both], before),
+    )
+    for name, cells, interval in lines:
+        kind = _seconds if interval is time_s else _share
+        table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
+    gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
+    table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
+    return table
+
+
+def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
+    """Return advice if a plan fits its own particles much better than fresh targets.
+
+    Only where both are drawn from the same belief; a truth that differs from it shifts the
+    fresh value by itself.
+    """
+    expected_s, (_, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
+    gain_s = expected_s - planned.expected_detection_time_s
+    if gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
+        return None
+    return (
+        f"fresh targets take {gain_s / expected_s:.0%} longer to find than the particles planned "
+        f"with: {len(planned.weight):,} are few here; try --set search.particles="
+        f"{4 * len(planned.weight)} or --set search.sampling=sobol"
+    )
+
+
+def legs_table(plan: Plan, network: RoadNetwork) -> "Table":
+    """Return the roads of a plan in the order flown, with times on the target's clock."""
+    table = _table("roads in the order flown")
+    for name, right in (("#", 1), ("road", 0), ("from", 0), ("to", 0), ("start", 1), ("end", 1)):
+        table.add_column(name, justify="right" if right else "left")
+    for legs in plan.legs:
+        for order, leg in enumerate(legs, 1):
+            ends = [network.road_from[leg.road], network.road_to[leg.road]]
+            names = [network.node_ids[node] for node in (ends[::-1] if leg.leg % 2 else ends)]
+            times = (clock(leg.start_s), clock(leg.end_s))
+            table.add_row(str(order), network.road_ids[leg.road], *names, *times)
+    return table
+
+
+def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
+    """Return methods side by side, on the same futures and the same fresh targets.
+
+    A method that cannot be used keeps its row and says why.
+    """
+    table = _table(title)
+    table.add_column("method")
+    for name in ("expected detection", "95 % interval", "found", "before goal", "in sample", "roads"):
+        table.add_column(name, justify="right")
+    table.add_column("planning took", justify="right")
+    for row in rows:
+        if row.evaluated is None:
+            table.add_row(row.method, *["-"] * 7)
+        else:
+            table.add_row(row.method, *_cells(row, row.evaluated))
+    return table
+
+
+def reasons(rows: Iterable[MethodRow]) -> list[str]:
+    """Return a line for each method that cannot be used, to stand below the table."""
+    return [f"{row.method}: {row.why_not}" for row in rows if row.why_not]
+
+
+def where_table(
+    rows: Sequence[RoadState], *, time_s: float, elsewhere_probability: float, most: int = 20
+) -> "Table":
+    """Return where the target is believed to be, road by road, the likeliest first.
+
+    Parameters
+    ----------
+    elsewhere_probability
+        Probability that it is gone, never was there, or has not set out yet.
+    most
+        How many roads are named; the others stand in one row.
+    """
+    table = _table(f"where the target may be at {clock(time_s)}")
+    table.add_column("road")
+    table.add_column("probability", justify="right")
+    quantiles = ", ".join(f"{share:.0%}" for share in QUANTILES)
+    table.add_column(f"distance, m ({quantiles})", justify="right")
+    table.add_column("speed, m/s", justify="right")
+    for row in rows[:most]:
+        distance = " ".join(f"{metres:>7,.0f}" for metres in row.distance_m)
+        speed = " ".join(f"{mps:5.1f}" for mps in row.speed_mps)
+        table.add_row(row.edge, _share(row.probability), distance, speed)
+    if len(rows) > most:
+        rest = sum(row.probability for row in rows[most:])
+        table.add_row(f"{len(rows) - most} other roads", _share(rest), "", "")
+    if elsewhere_probability > 1e-9:
+        table.add_row("not on the roads", _share(elsewhere_probability), "", "")
+    return table
+
+
+def flights_table(evaluation: Evaluation) -> "Table":
+    """Return what flights against true targets achieved, with 95 % intervals."""
+    table = _table(f"{len(evaluation.weight):,} flights")
+    for name in ("", "value", "95 % interval"):
+        table.add_column(name, justify="right" if name else "left")
+    found, before = found_intervals(evaluation)
+    seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
+    expected = _seconds(evaluation.expected_detection_time_s)
+    table.add_row("expected detection time", expected, " .. ".join(seconds))
+    for name, share, interval in (
+        ("found", evaluation.detection_probability, found),
+        ("found before its goal", evaluation.found_before_goal_probability, before),
+    ):
+        table.add_row(name, _share(share), f"{_share(interval[0])} .. {_share(interval[1])}")
+    return table
+
+
+def doctor_table(findings: Iterable[Finding]) -> "Table":
+    """Return what was examined, faults marked and with their remedy."""
+    table = _table("")
+    for name in ("", "", "found", "remedy"):
+        table.add_column(name, overflow="fold")
+    for finding in findings:
+        mark = "ok" if finding.fine else "FAULT"
+        style = None if finding.fine else "bold red"
+        table.add_row(mark, finding.what, finding.told, finding.remedy, style=style)
+    return table
+
+
+def _cells(row: MethodRow, evaluated: Evaluation) -> list[str]:
+    low_s, high_s = evaluated.ci95_s
+    return [
+        _seconds(evaluated.expected_detection_time_s),
+        f"{low_s:,.0f} .. {high_s:,.0f}",
+        _share(evaluated.detection_probability),
+        _share(evaluated.found_before_goal_probability),
+        "-" if row.planned is None else _seconds(row.planned.expected_detection_time_s),
+        str(row.roads) if row.roads else "-",
+        "-" if row.took_s is None else _short(row.took_s),
+    ]
+
+
+def _table(title: str) -> "Table":
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    return Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:,.0f} s"
+
+
+def _short(seconds: float) -> str:
+    return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+
+
+def _share(probability: float) -> str:
+    return f"{probability * 100:.1f} %"

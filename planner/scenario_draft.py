@@ -1,0 +1,173 @@
+"""From a scenario's file to a `Scenario`, or to all of its faults at once.
+
+Nothing here opens a network: what needs one is checked by `planner.belief.opening`, which starts
+from the `Draft` made here so that all faults of a scenario are told together.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from planner import scenario_checks as checks
+from planner.errors import ScenarioError
+from planner.scenario import (
+    SECTIONS,
+    GreedySection,
+    NetworkSection,
+    Scenario,
+    SearchSection,
+    Section,
+    SensorSection,
+    TargetSection,
+    UavSection,
+)
+from planner.scenario_faults import fault_lines
+from planner.scenario_source import Source, read_source
+from planner.wording import shown, suggestion
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A scenario as far as it can be understood, and its faults.
+
+    A section that is faulty in some keys is there without them (a faulty start is "anywhere", or
+    the UAV's the origin); it is None where it is no table.
+    """
+
+    path: Path
+    title: str
+    network: NetworkSection | None
+    target: TargetSection | None
+    truth: TargetSection | None
+    uav: UavSection | None
+    sensor: SensorSection | None
+    search: SearchSection | None
+    greedy: GreedySection | None
+    truth_keys: frozenset[str]  # what the file says of the truth alone
+    faults: tuple[str, ...]
+
+    @property
+    def folder(self) -> Path:
+        """Where the scenario's relative paths start."""
+        return self.path.parent
+
+    def scenario(self) -> Scenario:
+        """Return the sound scenario; a UAV that is hardly faster than its target is logged.
+
+        Raises
+        ------
+        ScenarioError
+            With all faults.
+        """
+        if self.faults:
+            raise ScenarioError(str(self.path), self.faults)
+        sections = {key: getattr(self, key) for key in SECTIONS}
+        scenario = Scenario(path=self.path, title=self.title, **sections)
+        fastest_mps = max(scenario.target.speed_mps.high, scenario.truth.speed_mps.high)
+        warning = checks.slow_uav_warning(scenario.uav, fastest_mps)
+        if warning:
+            log.warning("%s", warning)
+        return scenario
+
+
+def read_scenario(
+    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+) -> Scenario:
+    """Return a sound scenario; see `read_draft`.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario.
+    ScenarioError
+        With all faults that can be told without the network.
+    """
+    return read_draft(place, preset=preset, overrides=overrides).scenario()
+
+
+def read_draft(
+    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+) -> Draft:
+    """Return what a scenario says, with a preset and then overrides applied, and its faults.
+
+    Parameters
+    ----------
+    place
+        A ``.toml`` file, a folder that holds ``scenario.toml``, the name of a shipped scenario, or
+        the ``run.json`` of an earlier run, which stands for the scenario as that run had it.
+    preset
+        One of the scenario's ``[presets.NAME]``.
+    overrides
+        Such as ``uav.start.distance_m=120000`` or ``target.driving=free``.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario.
+    """
+    source = read_source(place, preset=preset, overrides=overrides)
+    faults = list(source.faults)
+    title, tables, truth = _tables(source, faults)
+    sections: dict[str, Any] = dict.fromkeys(SECTIONS)
+    if source.parsed:
+        for key, model in SECTIONS.items():
+            sections[key], errors = model.attempt(tables[key])
+            found = [*fault_lines(key, model, errors)]
+            found += _own_faults(key, sections[key], source.folder, sound=not errors)
+            # What the truth shares with the target is told there.
+            faults += checks.about(found, key, truth) if key == "truth" else found
+        faults += _joint_faults(sections, faults)
+    return Draft(
+        path=source.path,
+        title=title,
+        truth_keys=frozenset(truth),
+        faults=tuple(faults),
+        **sections,
+    )
+
+
+def _tables(source: Source, faults: list[str]) -> tuple[str, dict[str, Any], Mapping[str, Any]]:
+    """Return the title, a table for each section, and what is said of the truth alone."""
+    tables = {key: source.tables.get(key, {}) for key in SECTIONS}
+    title = source.tables.get("title", "")
+    if not isinstance(title, str):
+        faults.append(f"title: should be text in quotes, not {shown(title)}; give one line")
+    known = [*SECTIONS, "title"]
+    unknown = [key for key in source.tables if key not in known]
+    faults += [f"{key}: is not a known section; {suggestion(key, known)}" for key in unknown]
+    truth = tables["truth"]
+    if not isinstance(truth, dict):
+        faults.append(f"truth: should be a table, not {shown(truth)}; give keys as in [target]")
+        truth = {}
+    known_of_target = tables["target"] if isinstance(tables["target"], dict) else {}
+    tables["truth"] = {**known_of_target, **truth}
+    return str(title), tables, truth
+
+
+def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool) -> list[str]:
+    if isinstance(section, NetworkSection):
+        # A source that is there but faulty is not one that is missing.
+        choice = checks.source_faults(section) if sound else ()
+        return [*choice, *checks.missing_files(section, folder)]
+    if isinstance(section, TargetSection):
+        return list(checks.target_faults(key, section, folder))
+    return []
+
+
+def _joint_faults(sections: Mapping[str, Any], faults: Sequence[str]) -> list[str]:
+    """Return what sections disagree on, where the keys that it hangs on are themselves sound."""
+    target, uav, search = (sections[key] for key in ("target", "uav", "search"))
+    found: list[str] = []
+    if target and uav and search and not _any_about(faults, *checks.HORIZON_KEYS):
+        found += checks.horizon_faults(target, uav, search)
+    if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
+        found += checks.sampling_faults(target, search)
+    return found
+
+
+def _any_about(faults: Sequence[str], *keys: str) -> bool:
+    return any(fault.startswith(keys) for fault in faults)

@@ -1,0 +1,198 @@
+"""Where a scenario lies and what its tables say, after the preset and the overrides."""
+
+import copy
+import datetime
+import json
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from planner.errors import InputError
+from planner.files import shipped, shipped_names
+from planner.wording import shown, suggestion
+
+FILE = "scenario.toml"
+BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
+CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
+
+Tables = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Source:
+    """The tables of a scenario file and what was wrong on the way to them."""
+
+    path: Path  # of the file
+    tables: Tables
+    faults: tuple[str, ...]
+    parsed: bool = True  # False: the file is not TOML, so nothing else is known of it
+
+    @property
+    def folder(self) -> Path:
+        """Where the scenario's relative paths start."""
+        return self.path.parent
+
+
+def scenario_path(place: str | Path) -> Path:
+    """Return the file of a scenario: a ``.toml``, a folder that holds one, or a shipped name.
+
+    The ``run.json`` of an earlier run is one too.
+
+    Raises
+    ------
+    InputError
+        If there is nothing of the kind.
+    """
+    path = Path(place)
+    if path.is_dir():
+        path = path / FILE
+        if not path.is_file():
+            raise InputError(f"{place}: holds no {FILE}; name the folder of a scenario")
+    if path.is_file():
+        return path
+    if path.suffix in (".toml", ".json"):
+        raise InputError(f"{place}: there is no such file; correct the path")
+    folder = shipped(str(place))
+    if folder is None:
+        hint = suggestion(str(place), shipped_names())
+        raise InputError(
+            f"{place}: is neither a file, nor a folder, nor a shipped scenario; {hint}"
+        )
+    return folder / FILE
+
+
+def read_source(
+    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+) -> Source:
+    """Return a scenario's tables with a preset and then the overrides applied.
+
+    Parameters
+    ----------
+    overrides
+        Such as ``uav.start.distance_m=120000``: a dotted key and a TOML value, where a plain word
+        or a time needs no quotes.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario.
+    """
+    path = scenario_path(place)
+    if path.suffix == ".json":
+        path, tables = _of_run(path)
+        fault = None
+    else:
+        tables, fault = _parsed(path)
+    if fault:
+        return Source(path, {}, (fault,), parsed=False)
+    presets = tables.pop("presets", {})
+    faults: list[str] = []
+    if not isinstance(presets, dict):
+        faults.append(f"presets: should be tables, not {shown(presets)}; write [presets.NAME]")
+        presets = {}
+    if preset is not None:
+        _apply_preset(tables, preset, presets, faults)
+    for override in overrides:
+        _apply_override(tables, override, faults)
+    return Source(path, tables, tuple(faults))
+
+
+def _parsed(path: Path) -> tuple[Tables, str | None]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8")), None
+    except tomllib.TOMLDecodeError as error:
+        what, _, where = str(error).rpartition(" (at ")
+        return {}, f"{where.rstrip(')') or 'TOML'}: {what or error}; correct the TOML there"
+    except UnicodeDecodeError as error:
+        return {}, f"byte {error.start}: is not UTF-8 text; save the file as UTF-8"
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+
+
+def _of_run(path: Path) -> tuple[Path, Tables]:
+    """Return where the scenario of an earlier run lies, and its tables as that run had them."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return Path(record["scenario_path"]), dict(record["scenario"])
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: does not hold a run's scenario ({error}); give the run.json of a plan"
+        ) from error
+
+
+def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[str]) -> None:
+    chosen = presets.get(preset)
+    if preset not in presets:
+        faults.append(f"presets.{preset}: is not in this scenario; {suggestion(preset, presets)}")
+    elif not isinstance(chosen, Mapping):
+        faults.append(f'presets.{preset}: should be a table of "dotted.key" = value')
+    else:
+        for key, value in chosen.items():
+            if isinstance(value, Mapping) and "." not in key:
+                faults.append(
+                    f"presets.{preset}.{key}: should be a dotted key; write the whole key in "
+                    f'quotes, as "{key}.{next(iter(value), "key")}" = ...'
+                )
+            else:
+                _set(tables, key, copy.deepcopy(value), faults)
+
+
+def _apply_override(tables: Tables, override: str, faults: list[str]) -> None:
+    key, equals, text = (part.strip() for part in override.partition("="))
+    if not (key and equals and text):
+        faults.append(f"{override}: is not an override; write dotted.key=value")
+        return
+    try:
+        value = _value(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = str(error).partition(" (at ")[0]
+        faults.append(
+            f"{key}: {shown(text)} is not a TOML value ({reason}); quote it if it is text"
+        )
+        return
+    _set(tables, key, value, faults)
+
+
+def _value(text: str) -> Any:
+    if CLOCK.fullmatch(text):
+        return text
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        if BARE_WORD.fullmatch(text):
+            return text
+        raise
+    return text if isinstance(value, datetime.date) else value
+
+
+def _set(tables: Tables, key: str, value: Any, faults: list[str]) -> None:
+    try:
+        *parents, last = _parts(key)
+    except (tomllib.TOMLDecodeError, ValueError):
+        faults.append(f"{key}: is not a dotted key; write it as in uav.start.distance_m")
+        return
+    table = tables
+    for depth, name in enumerate(parents):
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            within = ".".join(parents[: depth + 1])
+            faults.append(
+                f"{key}: {within} is {shown(table)}, not a table; set {within} as a whole"
+            )
+            return
+    table[last] = value
+
+
+def _parts(key: str) -> list[str]:
+    """Return the names in a dotted key, in which names may be quoted as TOML allows."""
+    names: list[str] = []
+    table: Any = tomllib.loads(f"{key} = 0")
+    while isinstance(table, dict):
+        ((name, table),) = table.items()
+        names.append(name)
+    return names

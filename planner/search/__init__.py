@@ -1,0 +1,1 @@
+"""Road orders: planners from problem to plan."""

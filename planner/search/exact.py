@@ -1,0 +1,215 @@
+"""The best of all orders and directions of a small net's roads, and what each of them achieves."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.arrays import Floats, Offsets, freeze
+from planner.errors import NotApplicableError
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+
+if TYPE_CHECKING:
+    from planner.search.kernels_exact import Case, States
+
+MOST_ORDERS = 2**8 * math.factorial(8)  # 10,321,920: seconds by branch and bound, a minute flown
+STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
+
+
+def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+    """Return the plan of least E[min(tau, horizon)] over all orders and directions of the roads.
+
+    Each road is flown at most once, straight from the end of one to the start of the next; by
+    branch and bound over the beginnings of orders. Roads that earn nothing on these futures come
+    last, the nearest first, for targets that the futures do not know.
+
+    Raises
+    ------
+    NotApplicableError
+        If there are more than ``MOST_ORDERS`` orders of as many roads as the budget allows.
+    """
+    roads = len(problem.network.road_ids)
+    most_legs = min(roads, budget.roads)
+    _refuse_too_many(roads, most_legs)
+    order, _ = best_order(problem, most_legs)
+    return plan_of_legs(problem, "exact", [*order, *_nearest_next(problem, order)][:most_legs])
+
+
+def number_of_orders(roads: int, flown: int | None = None) -> int:
+    """Return in how many orders and directions so many roads can be flown, of all those there.
+
+    That is 2^k R! / (R - k)!, for all of them 2^R R! (Section 4.1).
+    """
+    flown = roads if flown is None else flown
+    return int(2**flown * math.perm(roads, flown))
+
+
+def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float]:
+    """Return the legs, at most so many, that are worth flying, and their value in seconds.
+
+    No order of so many legs has a value lower by more than a microsecond. How long this takes
+    depends on the net and the futures, not on ``MOST_ORDERS``.
+    """
+    from planner.search.kernels_exact import Tree, branch, search, value
+
+    case = _case(problem)
+    legs = len(case.from_node)
+    states = _states(problem, case, 1 + most_legs * legs)
+    tree = Tree(
+        bound_s=np.full((most_legs, legs), np.inf),
+        prefix=np.zeros(most_legs, np.int32),
+        flown=np.zeros(legs // 2, np.bool_),
+        best=np.full(most_legs, -1, np.int32),
+    )
+    if most_legs == 0:
+        return (), float(value(case, states, 0))
+    depth = 0
+    best_s = branch(case, states, tree, 0, value(case, states, 0))
+    while depth >= 0:
+        depth, best_s = search(case, states, tree, depth, best_s, STEPS_AT_A_TIME)
+    return tuple(int(leg) for leg in tree.best if leg >= 0), float(best_s)
+
+
+@dataclass(frozen=True, eq=False)
+class OrderValues:
+    """The value of every order and direction of R roads, in rising order of their legs."""
+
+    roads: int
+    value_s: Floats  # (2^R R!,) E[min(tau, horizon)], seconds
+
+    def __post_init__(self) -> None:
+        freeze(self, value_s=np.float64)
+        assert len(self) == number_of_orders(self.roads)
+
+    def __len__(self) -> int:
+        return len(self.value_s)
+
+    def order(self, index: int) -> tuple[int, ...]:
+        """Return the legs whose value stands at an index."""
+        left = list(range(2 * self.roads))
+        order: list[int] = []
+        while left:
+            place, index = divmod(index, number_of_orders(len(left) // 2 - 1))
+            order.append(left[place])
+            left = [leg for leg in left if leg // 2 != order[-1] // 2]
+        return tuple(order)
+
+
+def enumerate_orders(problem: Problem) -> OrderValues:
+    """Return the value of every order and direction in which all roads can be flown.
+
+    Orders that begin alike share the work. What would end after the UAV's landing is not flown,
+    nor what follows it.
+
+    Raises
+    ------
+    NotApplicableError
+        If there are more than ``MOST_ORDERS`` orders.
+    """
+    from planner.search.kernels_exact import fly_orders
+
+    roads = len(problem.network.road_ids)
+    _refuse_too_many(roads, roads)
+    case = _case(problem)
+    states = _states(problem, case, roads + 1)
+    alike = np.array([number_of_orders(roads - flown) for flown in range(roads + 1)])
+    value_s = np.empty((2 * roads, alike[1]))
+    for first in range(2 * roads):
+        fly_orders(case, states, first, alike, value_s[first])
+    return OrderValues(roads, value_s.ravel())
+
+
+def _refuse_too_many(roads: int, flown: int) -> None:
+    orders = number_of_orders(roads, flown)
+    if orders > MOST_ORDERS:
+        text = f"{orders:,}" if orders < 10**15 else f"10^{len(str(orders)) - 1}"
+        raise NotApplicableError(
+            f"the {roads} roads can be flown in {text} orders and directions of {flown}, "
+            f"more than the {MOST_ORDERS:,} that are searched; take a smaller net"
+        )
+
+
+def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
+    """Yield the legs that an order leaves out, each road once, the nearest start first."""
+    legs = problem.legs
+    x_m, y_m = problem.uavs[0].x_m, problem.uavs[0].y_m
+    if order:
+        x_m, y_m = legs.node_xy_m[legs.to_node[order[-1]]]
+    left = np.ones(len(legs), dtype=bool)
+    for leg in order:
+        left[leg // 2 * 2 : leg // 2 * 2 + 2] = False
+    while left.any():
+        leg = int(np.argmin(np.where(left, legs.transit_s(x_m, y_m), np.inf)))
+        left[leg // 2 * 2 : leg // 2 * 2 + 2] = False
+        x_m, y_m = legs.node_xy_m[legs.to_node[leg]]
+        yield leg
+
+
+def _case(problem: Problem) -> "Case":
+    from planner.search.kernels_exact import Case
+
+    legs, uav, futures = problem.legs, problem.uavs[0], problem.futures
+    place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
+    offset = place_xy_m[:, np.newaxis] - legs.node_xy_m
+    points = _pieces(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
+    inner = np.delete(np.arange(len(points)), legs.first_point[1:] - 1)
+    pieces = _pieces(futures.time_s, futures.x_m, futures.y_m, futures.first_knot)
+    at_end = (futures.first_knot[1:] - 1)[(np.diff(futures.first_knot) > 0) & ~futures.gone]
+    pieces[at_end, -1] = np.inf
+    until_s = np.where(futures.gone, futures.end_s, problem.horizon_s)
+    return Case(
+        from_node=legs.from_node,
+        to_node=legs.to_node,
+        duration_s=legs.duration_s,
+        first_leg_piece=legs.first_point - np.arange(len(legs) + 1),
+        leg_pieces=points[inner],
+        place_xy_m=place_xy_m,
+        transit_s=np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps,
+        first_piece=futures.first_knot,
+        pieces=pieces,
+        weight=futures.weight,
+        until_s=np.minimum(until_s, problem.horizon_s),
+        speed_mps=float(uav.speed_mps),
+        radius_m=float(problem.sensor.radius_m),
+        horizon_s=float(problem.horizon_s),
+        landing_s=float(uav.landing_s),
+        in_transit=bool(problem.sensor.detects_in_transit),
+    )
+
+
+def _pieces(time_s: Floats, x_m: Floats, y_m: Floats, first: Offsets) -> Floats:
+    """Return a straight motion from each point to the next, (K, 6), an instant at the last."""
+    moves = np.ones(len(time_s), dtype=bool)
+    moves[first[1:][np.diff(first) > 0] - 1] = False
+    until_s = np.where(moves, np.roll(time_s, -1), time_s)
+    lasts_s = until_s - time_s
+    steps = [np.where(lasts_s > 0, np.roll(column, -1) - column, 0.0) for column in (x_m, y_m)]
+    vx, vy = (step / np.where(lasts_s > 0, lasts_s, 1.0) for step in steps)
+    return np.stack([time_s, x_m, y_m, vx, vy, until_s], axis=1)
+
+
+def _states(problem: Problem, case: "Case", slots: int) -> "States":
+    """Return room for states; slot 0 is the take-off, all particles with knots open."""
+    from planner.search.kernels_exact import States
+
+    n = len(problem.futures)
+    moving = np.flatnonzero(np.diff(problem.futures.first_knot))
+    longest = int(np.diff(case.first_leg_piece).max())
+    states = States(
+        place=np.zeros(slots, np.int32),
+        time_s=np.zeros(slots),
+        settled_s=np.zeros(slots),
+        open=np.zeros((slots, n), np.int32),
+        opens=np.zeros(slots, np.int32),
+        flight=np.zeros((longest + 1, 6)),
+    )
+    states.place[0] = len(case.place_xy_m) - 1
+    states.time_s[0] = problem.uavs[0].take_off_s
+    states.open[0, : len(moving)] = moving
+    states.opens[0] = len(moving)
+    never = 1.0 - float(problem.futures.weight[moving].sum())
+    states.settled_s[0] = max(0.0, never) * problem.horizon_s
+    return states

@@ -1,0 +1,198 @@
+"""Simulation-aided path planning: Figures 4, 5 and 6 of the paper, one road after the other.
+
+The printed pseudo-code leaves choices open; each is an option, the first value being the default.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Ints
+from planner.errors import InputError, NotApplicableError
+from planner.futures.futures import Futures
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+from planner.search.state import Directions, SearchState, candidate_legs
+from planner.search.what_if import Sightings, WhatIf
+
+TIE = 1e-10  # of the horizon (or of all probability): closer values are equal but for rounding
+
+Resample = Callable[[int], Futures]
+
+
+@dataclass(frozen=True)
+class GreedyOptions:
+    """How the printed pseudo-code is read.
+
+    Attributes
+    ----------
+    particles
+        "once": sampled before the first step, all steps share one recorded future. "anew":
+        sampled at every step, as line 4 of Figure 4 stands; what was seen stays with the index k.
+    flags
+        "copied": ``observed`` goes to all simulations together with ``observation_times``.
+        "times only": lines 29-31 of Figure 6 as printed. A simulation then never looks again for
+        a particle that it once saw on a flight never flown; and as ``roads`` shrinks (line 13 of
+        Figure 4), simulation i is not the same road from step to step.
+    miss
+        What a particle not seen adds to the sum in line 28: "horizon": the horizon, as for one
+        seen later; "infinity": more than all else, so that most newly seen comes first and time
+        decides ties. "rate": not the sum, but what a leg takes off it per second of flight.
+    direction
+        Each road flown in its "own" direction, in "both", or from its "nearest end".
+    roads
+        A road once flown is "removed" (line 13 of Figure 4), or may be "revisited".
+    ends
+        The path ends at its "depth", or with "all found" once all its own particles are seen.
+    tick_s
+        0: detection in continuous time. Else the test of line 17 runs at the first, second, ...
+        tick of each flight only, with distance <= radius (printed: <), and a sighting is timed
+        at its own tick (the printed counter stands one lower, as it rises after the test).
+
+    Ties go to the lowest leg index.
+    """
+
+    particles: Literal["once", "anew"] = "once"
+    flags: Literal["copied", "times only"] = "copied"
+    miss: Literal["horizon", "infinity", "rate"] = "horizon"
+    direction: Directions = "own"
+    roads: Literal["removed", "revisited"] = "removed"
+    ends: Literal["depth", "all found"] = "depth"
+    tick_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.tick_s < np.inf:
+            raise InputError(f"greedy.tick_s: {self.tick_s} is not a time; use 0 or more seconds")
+
+
+def greedy(
+    problem: Problem,
+    *,
+    budget: Budget,
+    rng: np.random.Generator,  # noqa: ARG001  (every planner takes one)
+    options: GreedyOptions | None = None,
+    resample: Resample | None = None,
+) -> Plan:
+    """Return the plan of the paper's simulation_aided_planning (Figure 4).
+
+    Parameters
+    ----------
+    rng
+        Not used: all chance lies in the particles.
+    resample
+        Gives the particles of step 0, 1, ... if ``options.particles`` is "anew": as many each
+        time as the problem has.
+
+    Raises
+    ------
+    NotApplicableError
+        If particles shall be drawn anew and nobody can.
+    """
+    options = options or GreedyOptions()
+    state = SearchState.at_start(problem)  # line 1: best_path is empty
+    engine = WhatIf(problem)
+    observed = np.zeros((len(problem.legs), len(state.seen_at)), dtype=np.bool_)
+    # line 3: while best_path is not long enough
+    while len(state.order) < budget.roads and not _over(problem, state, options):
+        if options.particles == "anew":  # line 4: sample (Figure 5)
+            engine = WhatIf(_drawn(problem, resample, len(state.order)))
+        # lines 5-9: how the particles move until now is recorded in the futures
+        removed = state.roads if options.roads == "removed" else frozenset()  # line 13
+        legs = candidate_legs(problem, state, directions=options.direction, removed=removed)
+        if len(legs) == 0:
+            break
+        i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
+        state = state.after(problem, int(legs[i]), observation_times)  # lines 11, 12 and 14
+    return plan_of_legs(problem, "greedy", state.order)
+
+
+def what_if_simulations(
+    engine: WhatIf, state: SearchState, legs: Ints, observed: Flags, options: GreedyOptions
+) -> tuple[int, Floats]:
+    """Return the simulation that Figure 6 chooses, and its observation_times, (N,) seconds.
+
+    Parameters
+    ----------
+    legs
+        ``roads`` of the figure: what each simulation flies, (C,).
+    observed
+        The figure's matrix, a row per simulation; changed if flags are read "times only".
+    """
+    # lines 1-7: all flights set out from the same place and time
+    if options.flags == "times only":
+        flights = _fly(engine, state, legs, np.ones(len(state.seen_at), dtype=np.bool_), options)
+        flights = flights.those(~observed[flights.flight, flights.particle])  # line 18
+        observed[flights.flight, flights.particle] = True  # line 19
+    else:
+        flights = _fly(engine, state, legs, np.isinf(state.seen_at), options)
+    best = _arg_min(engine.problem, state, flights, options)  # line 28
+    # lines 29-31: all simulations take over the times of the best one (line 20)
+    mine = slice(flights.first[best], flights.first[best + 1])
+    observation_times = state.seen_at.copy()
+    observation_times[flights.particle[mine]] = flights.seen_at[mine]
+    return best, observation_times  # line 32
+
+
+def _fly(
+    engine: WhatIf, state: SearchState, legs: Ints, unseen: Flags, options: GreedyOptions
+) -> Sightings:
+    """Lines 8-27: the while loop over ticks, or its limit for ever shorter ticks."""
+    if options.tick_s > 0.0:
+        return engine.fly_by_ticks(state, legs, options.tick_s, unseen=unseen)
+    return engine.fly(state, legs, unseen=unseen)
+
+
+def _arg_min(
+    problem: Problem, state: SearchState, flights: Sightings, options: GreedyOptions
+) -> int:
+    """Line 28: the flight with the least mean of the observation times, by the reading of a miss.
+
+    What the particles cost that a flight does not see is the same for all flights; so they are
+    compared by what their sightings take off the sum, without the rounding of the sum.
+    """
+    weight = problem.futures.weight[flights.particle]
+    before = state.seen_at[flights.particle]
+    horizon_s = problem.horizon_s
+    alike = TIE * horizon_s
+    if options.miss == "infinity":
+        newly_seen = flights.per_flight(weight * np.isinf(before))
+        earlier = np.where(np.isinf(before), 0.0, before) - flights.seen_at
+        most = newly_seen >= newly_seen.max() - TIE
+        return _first_greatest(np.where(most, flights.per_flight(weight * earlier), -np.inf), alike)
+    gain = np.minimum(before, horizon_s) - np.minimum(flights.seen_at, horizon_s)
+    gained = flights.per_flight(weight * gain)
+    if options.miss == "rate":
+        lasts_s = flights.end_s - state.time_s
+        gained = np.divide(gained, lasts_s, out=np.zeros(len(gained)), where=lasts_s > 0.0)
+        alike = TIE
+    return _first_greatest(gained, alike)
+
+
+def _first_greatest(value: Floats, alike: float) -> int:
+    """Return the lowest index of the greatest values.
+
+    Ties are common: two flights that see the same particles on the same way to different roads.
+    Their sums differ by rounding, which must not decide.
+    """
+    return int(np.argmax(value >= value.max() - alike))
+
+
+def _over(problem: Problem, state: SearchState, options: GreedyOptions) -> bool:
+    found = options.ends == "all found" and bool(np.all(np.isfinite(state.seen_at)))
+    return found or state.time_s >= problem.horizon_s
+
+
+def _drawn(problem: Problem, resample: Resample | None, step: int) -> Problem:
+    if resample is None:
+        raise NotApplicableError(
+            'greedy.particles = "anew" needs the belief to draw from, not futures alone; use "once"'
+        )
+    futures = resample(step)
+    if len(futures) != len(problem.futures):
+        raise InputError(
+            f"greedy: {len(futures)} particles drawn anew, but there were "
+            f"{len(problem.futures)} before; keep their number"
+        )
+    return problem.replace(futures=futures)

@@ -1,0 +1,314 @@
+"""What-if flights, compiled: what many legs would see from one place and time on.
+
+A flight to a leg is first a transit, straight to the leg's start, then the road. Legs that start
+at the same node share the transit, which is flown once. A transit can only see a particle while
+the ring around the UAV's place that grows with the UAV's speed passes over it, and only in the
+directions in which the particle then lies; a road only sees its own passages. Whatever remains
+goes through the same closed form as the detection along a finished plan.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.detection.kernels import (
+    FlightColumns,
+    FuturesColumns,
+    piece_at,
+    seen_in_flight,
+)
+from planner.jit import compiled
+from planner.search.kernels_passages import PassageColumns, padded
+
+Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
+# from_node (L,), duration_s (L,), first_point (L + 1,), after_s, x_m, y_m (Q,), node_xy_m (V, 2)
+LegColumns: TypeAlias = tuple[Ints, Floats, Offsets, Floats, Floats, Floats, Floats]
+# transits by rising bearing: bearing (m,), node (m,), waypoints (2 m,) each
+Transits: TypeAlias = tuple[Floats, Ints, FlightColumns]
+Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
+Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
+Sensing: TypeAlias = tuple[float, float, float, bool]  # radius, UAV's and fastest speed, transit
+
+
+@compiled
+def bearing(x: float, y: float) -> float:
+    """Return a number in [-2, 2] that grows with the direction of a vector, like its angle."""
+    slope = y / (abs(x) + abs(y))
+    if x >= 0.0:
+        return slope
+    return 2.0 - slope if y >= 0.0 else -2.0 - slope
+
+
+@compiled
+def transits_from(place: Place, legs: LegColumns, wanted: Ints, speed_mps: float) -> Transits:
+    """Return the straight flights to the start of each leg, each once, by rising bearing."""
+    from_node, _, _, _, _, _, node_xy_m = legs
+    asked = np.zeros(len(node_xy_m), dtype=np.bool_)
+    for leg in wanted:
+        asked[from_node[leg]] = True
+    offset_x, offset_y = node_xy_m[:, 0] - place[1], node_xy_m[:, 1] - place[2]
+    nodes = np.flatnonzero(asked & ((offset_x != 0.0) | (offset_y != 0.0)))
+    bearings = np.empty(len(nodes))
+    for i, node in enumerate(nodes):
+        bearings[i] = bearing(offset_x[node], offset_y[node])
+    order = np.argsort(bearings)
+    nodes = nodes[order]
+    time_s, x_m, y_m = np.empty(2 * len(nodes)), np.empty(2 * len(nodes)), np.empty(2 * len(nodes))
+    time_s[::2], x_m[::2], y_m[::2] = place
+    time_s[1::2] = place[0] + np.hypot(offset_x[nodes], offset_y[nodes]) / speed_mps
+    x_m[1::2], y_m[1::2] = node_xy_m[nodes, 0], node_xy_m[nodes, 1]
+    return bearings[order], nodes.astype(np.int32), (time_s, x_m, y_m)
+
+
+@compiled
+def first_from(values: Floats, low: float, start: int, end: int) -> int:
+    """Return the first index in [start, end) whose rising value is at least ``low``, or ``end``."""
+    while start < end:
+        middle = (start + end) // 2
+        if values[middle] < low:
+            start = middle + 1
+        else:
+            end = middle
+    return start
+
+
+@compiled
+def ring_reaches(
+    offset: tuple[float, float], drift: tuple[float, float], ring_m: float, speed_mps: float
+) -> float:
+    """Return the second from which on a growing circle around the origin has a body inside.
+
+    The circle has radius ``ring_m`` at second 0 and grows with ``speed_mps``, which is more than
+    the body's own speed.
+    """
+    qx, qy = offset
+    vx, vy = drift
+    c = qx * qx + qy * qy - ring_m * ring_m
+    if c <= 0.0:
+        return 0.0
+    a = speed_mps * speed_mps - vx * vx - vy * vy
+    b = ring_m * speed_mps - qx * vx - qy * vy
+    return (np.sqrt(max(0.0, b * b + a * c)) - b) / a
+
+
+@compiled
+def ring_entry(
+    place: Place, futures: FuturesColumns, particle: int, sensing: Sensing
+) -> tuple[float, float, float]:
+    """Return when and where the ring around a transit's UAV first has a particle inside it.
+
+    The ring has the UAV's distance from its origin as radius and is one detection radius wide on
+    both sides: where no transit, whatever its direction, can see the particle before. The place
+    is relative to the origin; the time is infinite for a particle that is gone before.
+    """
+    time_s, x_m, y_m, first_knot, gone = futures
+    start_s, x0, y0 = place
+    speed_mps, reach_m = sensing[1], padded(sensing[0])
+    k, k_end = first_knot[particle], first_knot[particle + 1]
+    if k == k_end:
+        return np.inf, 0.0, 0.0
+    high = k_end
+    while high - k > 1:
+        middle = (k + high) // 2
+        dx, dy = x_m[middle] - x0, y_m[middle] - y0
+        ring_m = reach_m + speed_mps * (time_s[middle] - start_s)
+        if ring_m < 0.0 or dx * dx + dy * dy > ring_m * ring_m:
+            k = middle
+        else:
+            high = middle
+    now_s = max(start_s, time_s[k])
+    while k + 1 < k_end and time_s[k + 1] <= now_s:
+        k += 1
+    x, y, vx, vy, _ = piece_at((time_s, x_m, y_m), k, k_end, now_s)
+    x, y, ring_m = x - x0, y - y0, reach_m + speed_mps * (now_s - start_s)
+    after_s = ring_reaches((x, y), (vx, vy), ring_m, speed_mps)
+    if gone[particle] and now_s + after_s > time_s[k_end - 1]:
+        return np.inf, 0.0, 0.0
+    return now_s + after_s, x + vx * after_s, y + vy * after_s
+
+
+@compiled
+def rays_near(x: float, y: float, reach_m: float) -> tuple[float, float]:
+    """Return the bearings, lowest and how many on, of all rays from the origin near a place.
+
+    Bearings grow at most as fast as angles in radians, and arcsin(s) <= 1.05 s up to s = 1/2.
+    """
+    away_m = np.sqrt(x * x + y * y)
+    if away_m <= 2.0 * reach_m:
+        return -2.0, 4.0
+    aside = 1.05 * reach_m / away_m + 1e-9
+    low = bearing(x, y) - aside
+    return (low if low >= -2.0 else low + 4.0), 2.0 * aside
+
+
+@compiled
+def transit_sightings(
+    place: Place, transits: Transits, unseen: Flags, futures: FuturesColumns, sensing: Sensing
+) -> tuple[Ints, Chain, Ints]:
+    """Return what each transit sees: its chain's head (-1: nothing), the chains, their lengths."""
+    bearings, _, waypoints = transits
+    radius_m, speed_mps, fastest_mps, _ = sensing
+    many = len(bearings)
+    head, lengths = np.full(many, -1, dtype=np.int32), np.zeros(many, dtype=np.int32)
+    chain = linked((np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0)), 0)
+    count = 0
+    over_s = waypoints[0].max() if many else -np.inf
+    # Only if the ring grows faster than particles move it passes each of them once, and quickly.
+    ring = fastest_mps < 0.9 * speed_mps
+    passes_s = 2.0 * padded(radius_m) / (speed_mps - fastest_mps) if ring else np.inf
+    window, low, wide = (place[0], over_s), -2.0, 4.0
+    for particle in np.flatnonzero(unseen):
+        if ring:
+            enter_s, x, y = ring_entry(place, futures, particle, sensing)
+            if enter_s > over_s:
+                continue
+            window = (enter_s, enter_s + passes_s)
+            low, wide = rays_near(x, y, padded(radius_m) + fastest_mps * passes_s)
+        j = first_from(bearings, low, 0, many)
+        for _ in range(many):
+            if j == many:
+                j = 0
+            turn = bearings[j] - low
+            if (turn if turn >= 0.0 else turn + 4.0) > wide:
+                break
+            if waypoints[0][2 * j + 1] >= window[0]:
+                seen = seen_in_flight(
+                    waypoints, (2 * j, 2 * j + 2), futures, particle, window, radius_m
+                )
+                if seen < np.inf:
+                    chain = linked(chain, count)
+                    chain[0][count], chain[1][count], chain[2][count] = head[j], particle, seen
+                    head[j] = count
+                    lengths[j] += 1
+                    count += 1
+            j += 1
+    return head, chain, lengths
+
+
+@compiled
+def linked(chain: Chain, count: int) -> Chain:
+    """Return the chain with room for one more than ``count`` entries."""
+    following, particle, seen_at = chain
+    if count < len(particle):
+        return chain
+    room = 2 * count + 16
+    wide = (np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
+    wide[0][:count], wide[1][:count], wide[2][:count] = following, particle, seen_at
+    return wide
+
+
+@compiled
+def passages_within(
+    passages: PassageColumns, entry: int, start_s: float, end_s: float
+) -> tuple[int, int]:
+    """Return from (included) and to (excluded) of a list's passages that may touch a time span."""
+    first, from_s, _, latest_s, _ = passages
+    # The running maximum of the ends tells where the first passage that is not over can be.
+    begin = first_from(latest_s, start_s, first[entry], first[entry + 1])
+    return begin, first_from(from_s, np.nextafter(end_s, np.inf), begin, first[entry + 1])
+
+
+@compiled
+def see_along_road(
+    flight: FlightColumns,
+    span: tuple[int, int],
+    world: tuple[FuturesColumns, PassageColumns, float],
+    marks: tuple[Flags, Ints, int],
+    found: Found,
+    count: int,
+) -> int:
+    """Write down what a flight along a road sees in a span of its passages; return the new count.
+
+    ``marks`` tells who is still unseen, by which flight each particle was last met, and this
+    flight's number.
+    """
+    futures, (_, from_s, to_s, _, particle), radius_m = world
+    unseen, met, number = marks
+    points = (0, len(flight[0]))
+    start_s, end_s = flight[0][0], flight[0][-1]
+    for i in range(span[0], span[1]):
+        who = particle[i]
+        if to_s[i] < start_s or not unseen[who] or met[who] == number:
+            continue
+        window = (max(start_s, from_s[i]), min(end_s, to_s[i]))
+        seen = seen_in_flight(flight, points, futures, who, window, radius_m)
+        if seen < np.inf:
+            found[0][count], found[1][count] = who, seen
+            met[who] = number
+            count += 1
+    return count
+
+
+@compiled
+def see_on_the_way(
+    head: int, chain: Chain, marks: tuple[Ints, int], found: Found, count: int
+) -> int:
+    """Write down what the transit to a road has seen; return the new count."""
+    met, number = marks
+    while head >= 0:
+        who = chain[1][head]
+        found[0][count], found[1][count] = who, chain[2][head]
+        met[who] = number
+        count += 1
+        head = chain[0][head]
+    return count
+
+
+@compiled
+def spans_of(wanted: Ints, begins_s: Floats, ends_s: Floats, passages: PassageColumns) -> Offsets:
+    """Return for each wanted leg the passages to look at: (C, 2, 2), moving and resting."""
+    roads = len(passages[0]) // 2
+    spans = np.empty((len(wanted), 2, 2), dtype=np.int64)
+    for c, leg in enumerate(wanted):
+        for rests in range(2):
+            entry = leg // 2 + rests * roads
+            spans[c, rests] = passages_within(passages, entry, begins_s[c], ends_s[c])
+    return spans
+
+
+@compiled
+def what_if_sightings(
+    place: Place,
+    wanted: Ints,
+    unseen: Flags,
+    legs: LegColumns,
+    world: tuple[FuturesColumns, PassageColumns],
+    sensing: Sensing,
+) -> tuple[Floats, Offsets, Ints, Floats]:
+    """Return what each wanted leg would see of the unseen particles from a place and time on.
+
+    Returns
+    -------
+    start_s
+        When the leg's road begins, (C,) seconds.
+    first, particle, seen_at
+        Sightings of candidate c: entries first[c] to first[c + 1]; each particle once.
+    """
+    from_node, duration_s, first_point, after_s, x_m, y_m, node_xy_m = legs
+    futures, passages = world
+    transits = transits_from(place, legs, wanted, sensing[1])
+    asked = unseen if sensing[3] else unseen[:0]
+    head, chain, lengths = transit_sightings(place, transits, asked, futures, sensing)
+    arrive_s, heads = np.full(len(node_xy_m), place[0]), np.full(len(node_xy_m), -1)
+    arrive_s[transits[1]], heads[transits[1]] = transits[2][0][1::2], head
+    room = np.zeros(len(node_xy_m), dtype=np.int64)
+    room[transits[1]] = lengths
+    nodes = from_node[wanted]
+    start_s = arrive_s[nodes]
+    spans = spans_of(wanted, start_s, start_s + duration_s[wanted], passages)
+    most = room[nodes].sum() + (spans[:, :, 1] - spans[:, :, 0]).sum()
+    found = (np.empty(most, np.int32), np.empty(most))
+    met = np.zeros(len(unseen), dtype=np.int32)
+    first = np.zeros(len(wanted) + 1, dtype=np.int64)
+    count = 0
+    for c, leg in enumerate(wanted):
+        count = see_on_the_way(heads[nodes[c]], chain, (met, c + 1), found, count)
+        points = slice(first_point[leg], first_point[leg + 1])
+        flight = (after_s[points] + start_s[c], x_m[points], y_m[points])
+        for rests in range(2):
+            span, marks = (spans[c, rests, 0], spans[c, rests, 1]), (unseen, met, c + 1)
+            shared = (futures, passages, sensing[0])
+            count = see_along_road(flight, span, shared, marks, found, count)
+        first[c + 1] = count
+    return start_s, first, found[0][:count], found[1][:count]

@@ -1,0 +1,309 @@
+"""All orders of a small net: flown by shared prefixes, or by branch and bound; compiled.
+
+A prefix is the beginning of an order of legs. What has come of it, its state, fills one slot of
+``States``: flying one leg more makes the state in another slot, and all orders that begin alike
+share the work.
+
+Motion comes in pieces, rows ``FROM, X, Y, VX, VY, UNTIL``: the place at the first second, the
+velocity, and the last second of a straight motion. Laid out once, they spare the millions of
+flights to come all divisions but the last.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.detection.kernels import first_within
+from planner.jit import compiled
+
+FROM, X, Y, VX, VY, UNTIL = range(6)
+TIE_S = 1e-6  # branch and bound takes values this close for equal
+
+
+class Case(NamedTuple):
+    """A problem's columns; place V is where the UAV takes off, the others are nodes."""
+
+    from_node: Ints  # (L,)
+    to_node: Ints  # (L,)
+    duration_s: Floats  # (L,) seconds to fly the road
+    first_leg_piece: Offsets  # (L + 1,)
+    leg_pieces: Floats  # (Q, 6) seconds since the leg's start
+    place_xy_m: Floats  # (V + 1, 2)
+    transit_s: Floats  # (V + 1, V) seconds of straight flight from place to node
+    first_piece: Offsets  # (N + 1,)
+    pieces: Floats  # (K, 6) of the particles, seconds on the target's clock
+    weight: Floats  # (N,)
+    until_s: Floats  # (N,) last second at which seeing the particle earns something
+    speed_mps: float  # of the UAV
+    radius_m: float
+    horizon_s: float
+    landing_s: float
+    in_transit: bool  # the sensor is on between roads too
+
+
+class States(NamedTuple):
+    """What has come of prefixes, one slot each; slot 0 is the take-off."""
+
+    place: Ints  # (S,)
+    time_s: Floats  # (S,)
+    settled_s: Floats  # (S,) sum of weight * min(tau, horizon) over all that is no longer open
+    open: Ints  # (S, N) first the particles that are unseen and can still be seen
+    opens: Ints  # (S,) how many these are
+    flight: Floats  # (F, 6) room for the pieces of one flight
+
+
+@compiled
+def fly(case: Case, states: States, before: int, leg: int, after: int) -> bool:
+    """Put the state after one leg more into slot ``after``; False if the UAV lands before."""
+    transit_s = case.transit_s[states.place[before], case.from_node[leg]]
+    end_s = states.time_s[before] + transit_s + case.duration_s[leg]
+    if end_s > case.landing_s:
+        return False
+    rows = lay_flight(case, states, before, leg)
+    flight, pieces, first = states.flight, case.pieces, case.first_piece
+    settled_s = states.settled_s[before]
+    opens = 0
+    for i in range(states.opens[before]):
+        k = states.open[before, i]
+        seen_s = first_meeting(flight, rows, pieces, (first[k], first[k + 1]), case.radius_m)
+        if seen_s <= case.horizon_s:
+            settled_s += case.weight[k] * seen_s
+        elif case.until_s[k] <= end_s:
+            settled_s += case.weight[k] * case.horizon_s
+        else:
+            states.open[after, opens] = k
+            opens += 1
+    states.place[after] = case.to_node[leg]
+    states.time_s[after] = end_s
+    states.settled_s[after] = settled_s
+    states.opens[after] = opens
+    return True
+
+
+@compiled
+def lay_flight(case: Case, states: States, before: int, leg: int) -> int:
+    """Lay out the flight to a leg and along it, where the sensor is on; return its pieces."""
+    flight, place, depart_s = states.flight, states.place[before], states.time_s[before]
+    start_s = depart_s + case.transit_s[place, case.from_node[leg]]
+    rows = 0
+    if case.in_transit and start_s > depart_s:
+        x, y = case.place_xy_m[place]
+        to_x, to_y = case.place_xy_m[case.from_node[leg]]
+        lasts_s = start_s - depart_s
+        flight[0] = depart_s, x, y, (to_x - x) / lasts_s, (to_y - y) / lasts_s, start_s
+        rows = 1
+    for piece in range(case.first_leg_piece[leg], case.first_leg_piece[leg + 1]):
+        flight[rows] = case.leg_pieces[piece]
+        flight[rows, FROM] += start_s
+        flight[rows, UNTIL] += start_s
+        rows += 1
+    return rows
+
+
+@compiled
+def first_meeting(
+    flight: Floats, rows: int, pieces: Floats, particle: tuple[int, int], radius_m: float
+) -> float:
+    """Return the first second at which a flight has a particle within the radius, or infinity.
+
+    Parameters
+    ----------
+    rows
+        The pieces of the flight, from row 0 on.
+    particle
+        Its pieces: rows from (included) to (excluded).
+    """
+    i, (k, end) = 0, particle
+    while k < end and pieces[k, UNTIL] < flight[0, FROM]:
+        k += 1
+    while i < rows and k < end:
+        from_s = max(flight[i, FROM], pieces[k, FROM])
+        until_s = min(flight[i, UNTIL], pieces[k, UNTIL])
+        if from_s <= until_s:
+            flown_s, driven_s = from_s - flight[i, FROM], from_s - pieces[k, FROM]
+            vx, vy = pieces[k, VX] - flight[i, VX], pieces[k, VY] - flight[i, VY]
+            x = pieces[k, X] + pieces[k, VX] * driven_s - flight[i, X] - flight[i, VX] * flown_s
+            y = pieces[k, Y] + pieces[k, VY] * driven_s - flight[i, Y] - flight[i, VY] * flown_s
+            after_s = first_within((x, y), (vx, vy), until_s - from_s, radius_m)
+            if after_s < np.inf:
+                return from_s + after_s
+        if flight[i, UNTIL] < pieces[k, UNTIL]:
+            i += 1
+        else:
+            k += 1
+    return np.inf
+
+
+@compiled
+def value(case: Case, states: States, slot: int) -> float:
+    """Return E[min(tau, horizon)] if the UAV flies no further, seconds."""
+    rest = 0.0
+    for i in range(states.opens[slot]):
+        rest += case.weight[states.open[slot, i]]
+    return states.settled_s[slot] + rest * case.horizon_s
+
+
+@compiled
+def fly_orders(case: Case, states: States, first: int, alike: Offsets, values: Floats) -> None:
+    """Fill in the value of every order of all roads that begins with a leg, in rising order.
+
+    Depth first: slot d holds the prefix of d legs at hand, and ``alike[d]`` says how many orders
+    begin with any one prefix of that length. Where nothing can change any more, all of them get
+    the prefix's value.
+    """
+    legs = len(case.from_node)
+    leg_at = np.zeros(legs // 2 + 1, dtype=np.int32)
+    flown = np.zeros(legs // 2, dtype=np.bool_)
+    leg_at[0] = first
+    depth, done = 0, 0
+    while True:
+        leg = leg_at[depth]
+        if leg == legs:
+            depth -= 1
+            flown[leg_at[depth] // 2] = False
+        elif not flown[leg // 2]:
+            fits = fly(case, states, depth, leg, depth + 1)
+            if fits and states.opens[depth + 1] > 0 and depth + 1 < legs // 2:
+                flown[leg // 2] = True
+                depth += 1
+                leg_at[depth] = 0
+                continue
+            to = done + alike[depth + 1]
+            values[done:to] = value(case, states, depth + 1 if fits else depth)
+            done = to
+        if depth == 0:
+            return
+        leg_at[depth] += 1
+
+
+@compiled
+def earliest_meeting(case: Case, place: int, time_s: float, particle: int) -> float:
+    """Return the first second at which the UAV could be within the radius of a particle.
+
+    It flies straight there from a place and time: the first second t at which the particle is
+    no farther from the place than radius + speed * (t - time). Infinity if it is gone before.
+    """
+    pieces = case.pieces
+    px, py = case.place_xy_m[place]
+    for k in range(case.first_piece[particle], case.first_piece[particle + 1]):
+        if pieces[k, UNTIL] < time_s:
+            continue
+        now_s = max(time_s, pieces[k, FROM])
+        driven_s = now_s - pieces[k, FROM]
+        x = pieces[k, X] + pieces[k, VX] * driven_s - px
+        y = pieces[k, Y] + pieces[k, VY] * driven_s - py
+        reach_m = case.radius_m + case.speed_mps * (now_s - time_s)
+        after_s = first_in_reach((x, y), (pieces[k, VX], pieces[k, VY]), reach_m, case.speed_mps)
+        if after_s <= pieces[k, UNTIL] - now_s + TIE_S:  # what rounding puts past the end is met
+            return now_s + after_s
+    return np.inf
+
+
+@compiled
+def first_in_reach(
+    offset: tuple[float, float], drift: tuple[float, float], reach_m: float, speed_mps: float
+) -> float:
+    """Return the first second s >= 0 with |offset + drift s| <= reach + speed s, or infinity."""
+    (x, y), (vx, vy) = offset, drift
+    beyond = x * x + y * y - reach_m * reach_m
+    if beyond <= 0.0:
+        return 0.0
+    a = vx * vx + vy * vy - speed_mps * speed_mps
+    b = reach_m * speed_mps - x * vx - y * vy
+    discriminant = b * b - a * beyond
+    if discriminant < 0.0:
+        return np.inf
+    # In this form it holds for targets slower than the UAV, as fast, and faster.
+    divisor = b + np.sqrt(discriminant)
+    return beyond / divisor if divisor > 0.0 else np.inf
+
+
+@compiled
+def completion_bound(case: Case, states: States, slot: int, enough_s: float) -> float:
+    """Return seconds below which no continuation of a prefix can come.
+
+    Every open particle counts the first second at which the UAV could meet it if it had nothing
+    else to do. The sum may stop short once it has reached ``enough_s``.
+    """
+    place, time_s = states.place[slot], states.time_s[slot]
+    latest_s = min(case.horizon_s, case.landing_s)
+    bound_s = states.settled_s[slot]
+    for i in range(states.opens[slot]):
+        k = states.open[slot, i]
+        meeting_s = earliest_meeting(case, place, time_s, k)
+        bound_s += case.weight[k] * (meeting_s if meeting_s <= latest_s else case.horizon_s)
+        if bound_s >= enough_s:
+            break
+    return bound_s
+
+
+class Tree(NamedTuple):
+    """Where branch and bound stands; D legs at most."""
+
+    bound_s: Floats  # (D, L) of the prefix at hand of d legs and one leg more; inf: nothing to do
+    prefix: Ints  # (D,) the prefix at hand
+    flown: Flags  # (R,) its roads
+    best: Ints  # (D,) the best order so far, then -1
+
+
+@compiled
+def slot_of(case: Case, depth: int, leg: int) -> int:
+    """Return where the state after the prefix at hand of ``depth`` legs and one more is kept."""
+    return 1 + depth * len(case.from_node) + leg
+
+
+@compiled
+def branch(case: Case, states: States, tree: Tree, depth: int, best_s: float) -> float:
+    """Fly every leg that can follow the prefix at hand, bound what follows; return the best."""
+    before = slot_of(case, depth - 1, tree.prefix[depth - 1]) if depth > 0 else 0
+    tree.bound_s[depth] = np.inf
+    for leg in range(len(case.from_node)):
+        after = slot_of(case, depth, leg)
+        if tree.flown[leg // 2] or not fly(case, states, before, leg, after):
+            continue
+        value_s = value(case, states, after)
+        if value_s < best_s:
+            best_s = value_s
+            tree.best[:depth] = tree.prefix[:depth]
+            tree.best[depth] = leg
+            tree.best[depth + 1 :] = -1
+        if depth + 1 < len(tree.prefix) and states.opens[after] > 0:
+            tree.bound_s[depth, leg] = completion_bound(case, states, after, best_s)
+    return best_s
+
+
+@compiled
+def search(
+    case: Case, states: States, tree: Tree, depth: int, best_s: float, steps: int
+) -> tuple[int, float]:
+    """Look for the order of least value, depth first, the lowest bound first.
+
+    Parameters
+    ----------
+    depth
+        Where the search stands: 0 to begin with.
+    best_s
+        The value of ``tree.best``, seconds.
+    steps
+        After so many prefixes it pauses, to go on where it stood when called again.
+
+    Returns
+    -------
+    tuple[int, float]
+        The new depth, -1 if ``tree.best`` is proven best, and the new value.
+    """
+    for _ in range(steps):
+        leg = np.argmin(tree.bound_s[depth])
+        if tree.bound_s[depth, leg] < best_s - TIE_S:
+            tree.bound_s[depth, leg] = np.inf
+            tree.prefix[depth] = leg
+            tree.flown[leg // 2] = True
+            depth += 1
+            best_s = branch(case, states, tree, depth, best_s)
+        else:
+            depth -= 1
+            if depth < 0:
+                break
+            tree.flown[tree.prefix[depth] // 2] = False
+    return depth, best_s

@@ -1,0 +1,253 @@
+"""Which particle passes which road when: the compiled building of the passage index.
+
+A passage is a stretch of time in which a particle may be within the radius of a road. It is cut
+generously: what lies outside is certainly not seen from the road, what lies inside is still to be
+checked. So a flight along a road has to look at that road's passages in its own minutes only.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, Offsets
+from planner.detection.kernels import FuturesColumns, piece_at
+from planner.jit import compiled
+
+# first (2 R + 1,), from_s, to_s, latest_s (M,), particle (M,): list r holds those that move past
+# road r, list R + r those that rest there; each by rising from_s, latest_s the running maximum
+# of to_s.
+PassageColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats, Ints]
+Roads: TypeAlias = tuple[Offsets, Floats, Floats]  # first_point (R + 1,), x_m, y_m
+Box: TypeAlias = tuple[float, float, float, int, int]  # west, south, size, columns, rows
+Cells: TypeAlias = tuple[Box, Offsets, Ints, Ints]  # box, first, segment's point, its road
+Records: TypeAlias = tuple[Ints, Floats, Floats, Ints, Ints]  # list, from, to, particle, last knot
+
+
+@compiled
+def padded(radius_m: float) -> float:
+    """Return a radius that is certainly not too small, whatever is lost by rounding."""
+    return radius_m * (1.0 + 1e-9) + 1e-6
+
+
+@compiled
+def fastest(futures: FuturesColumns) -> float:
+    """Return the highest speed of any particle, m/s; infinity if one jumps."""
+    time_s, x_m, y_m, first_knot, _ = futures
+    highest = 0.0
+    for particle in range(len(first_knot) - 1):
+        for k in range(first_knot[particle], first_knot[particle + 1] - 1):
+            way_m = np.hypot(x_m[k + 1] - x_m[k], y_m[k + 1] - y_m[k])
+            if way_m > 0.0:
+                highest = max(highest, way_m / max(0.0, time_s[k + 1] - time_s[k]))
+    return highest
+
+
+@compiled
+def cell_range(
+    box: Box, low: tuple[float, float], high: tuple[float, float]
+) -> tuple[int, int, int, int]:
+    """Return the columns and rows of a box that a rectangle touches: from, to, from, to."""
+    west, south, size, columns, rows = box
+    return (
+        max(0, int(np.floor(max((low[0] - west) / size, -1.0)))),
+        min(columns - 1, int(np.floor(min((high[0] - west) / size, columns)))),
+        max(0, int(np.floor(max((low[1] - south) / size, -1.0)))),
+        min(rows - 1, int(np.floor(min((high[1] - south) / size, rows)))),
+    )
+
+
+@compiled
+def box_of(roads: Roads, radius_m: float) -> Box:
+    """Return a box of cells around all roads, with about one cell per road segment."""
+    _, x_m, y_m = roads
+    if len(x_m) == 0:
+        return 0.0, 0.0, 1.0, 1, 1
+    west, south = x_m.min() - radius_m, y_m.min() - radius_m
+    width, height = x_m.max() + radius_m - west, y_m.max() + radius_m - south
+    size = max(np.sqrt(width * height / len(x_m)), max(width, height) / 1000.0, 2.0 * radius_m)
+    return west, south, size, int(width / size) + 1, int(height / size) + 1
+
+
+@compiled
+def segment_cells(
+    box: Box, x_m: Floats, y_m: Floats, point: int, radius_m: float
+) -> tuple[int, int, int, int]:
+    """Return the cells from which the road segment after a point may be within the radius."""
+    low = (min(x_m[point], x_m[point + 1]) - radius_m, min(y_m[point], y_m[point + 1]) - radius_m)
+    high = (max(x_m[point], x_m[point + 1]) + radius_m, max(y_m[point], y_m[point + 1]) + radius_m)
+    return cell_range(box, low, high)
+
+
+@compiled
+def roads_by_cell(roads: Roads, radius_m: float) -> Cells:
+    """Return for each cell the road segments within the radius of it."""
+    first_point, x_m, y_m = roads
+    box = box_of(roads, radius_m)
+    first = np.zeros(box[3] * box[4] + 1, dtype=np.int64)
+    for filling in range(2):
+        if filling:
+            first = np.cumsum(first)
+            segment, owner = np.empty((2, first[-1]), dtype=np.int32)
+            free = first[:-1].copy()
+        for road in range(len(first_point) - 1):
+            for point in range(first_point[road], first_point[road + 1] - 1):
+                a, b, c, d = segment_cells(box, x_m, y_m, point, radius_m)
+                for row in range(c, d + 1):
+                    for cell in range(row * box[3] + a, row * box[3] + b + 1):
+                        if filling:
+                            segment[free[cell]], owner[free[cell]] = point, road
+                            free[cell] += 1
+                        else:
+                            first[cell + 1] += 1
+    return box, first, segment, owner
+
+
+@compiled
+def beside_segment(
+    piece: tuple[float, float, float, float, float],
+    roads: Roads,
+    point: int,
+    radius_m: float,
+) -> tuple[float, float]:
+    """Return from and to, seconds into a piece of motion, when it may be near a road segment.
+
+    Near is the rectangle that reaches one radius beyond the segment on all sides; from > to if
+    the piece misses it. The last entry of ``piece`` is its duration.
+    """
+    x, y, vx, vy, lasts_s = piece
+    _, x_m, y_m = roads
+    ex, ey = x_m[point + 1] - x_m[point], y_m[point + 1] - y_m[point]
+    length = np.hypot(ex, ey)
+    ex, ey = (ex / length, ey / length) if length > 0.0 else (1.0, 0.0)
+    dx, dy = x - x_m[point], y - y_m[point]
+    from_s, to_s = inside(dx * ex + dy * ey, vx * ex + vy * ey, -radius_m, length + radius_m)
+    low_s, high_s = inside(dy * ex - dx * ey, vy * ex - vx * ey, -radius_m, radius_m)
+    return max(0.0, from_s, low_s), min(lasts_s, to_s, high_s)
+
+
+@compiled
+def inside(place: float, speed: float, low: float, high: float) -> tuple[float, float]:
+    """Return from and to, seconds, when a coordinate that moves evenly is in [low, high]."""
+    if speed == 0.0:
+        return (-np.inf, np.inf) if low <= place <= high else (np.inf, -np.inf)
+    a, b = (low - place) / speed, (high - place) / speed
+    return min(a, b), max(a, b)
+
+
+@compiled
+def grown(records: Records) -> Records:
+    """Return the same records with room for twice as many."""
+    room = 2 * len(records[0])
+    lists, from_s, to_s, particle, knot = records
+    wide = (
+        np.empty(room, dtype=np.int32),
+        np.empty(room),
+        np.empty(room),
+        np.empty(room, dtype=np.int32),
+        np.empty(room, dtype=np.int32),
+    )
+    many = len(lists)
+    wide[0][:many], wide[1][:many], wide[2][:many] = lists, from_s, to_s
+    wide[3][:many], wide[4][:many] = particle, knot
+    return wide
+
+
+@compiled
+def record_piece(
+    piece: tuple[float, float, float, float, float, float],
+    who: tuple[int, int],
+    world: tuple[Roads, Cells, float],
+    books: tuple[Ints, Ints],
+    records: Records,
+    count: int,
+) -> tuple[Records, int]:
+    """Write down one piece of a particle's motion beside every road that it passes.
+
+    Consecutive pieces beside the same road make one passage.
+    """
+    x, y, vx, vy, starts_s, lasts_s = piece
+    particle, knot = who
+    roads, cells, radius_m = world
+    box, first, segment, owner = cells
+    seen_segment, open_record = books
+    rests = 0 if lasts_s < np.inf else len(roads[0]) - 1
+    way_s = lasts_s if lasts_s < np.inf else 0.0
+    ends = (x + vx * way_s, y + vy * way_s)
+    a, b, c, d = cell_range(
+        box, (min(x, ends[0]), min(y, ends[1])), (max(x, ends[0]), max(y, ends[1]))
+    )
+    for row in range(c, d + 1):
+        for cell in range(row * box[3] + a, row * box[3] + b + 1):
+            for i in range(first[cell], first[cell + 1]):
+                if seen_segment[segment[i]] == knot + 1:
+                    continue
+                seen_segment[segment[i]] = knot + 1
+                from_s, to_s = beside_segment((x, y, vx, vy, lasts_s), roads, segment[i], radius_m)
+                if from_s > to_s:
+                    continue
+                book = owner[i] + rests
+                at = open_record[book]
+                if at < 0 or records[3][at] != particle or records[4][at] < knot - 1:
+                    if count == len(records[0]):
+                        records = grown(records)
+                    at = open_record[book] = count
+                    count += 1
+                    records[0][at], records[3][at] = book, particle
+                    records[1][at], records[2][at] = np.inf, -np.inf
+                records[1][at] = min(records[1][at], starts_s + from_s)
+                records[2][at] = max(records[2][at], starts_s + to_s)
+                records[4][at] = knot
+    return records, count
+
+
+@compiled
+def all_passages(futures: FuturesColumns, roads: Roads, radius_m: float) -> PassageColumns:
+    """Return every particle's passages along every road, by road and time."""
+    time_s, x_m, y_m, first_knot, gone = futures
+    lists = 2 * (len(roads[0]) - 1)
+    near_m = padded(radius_m)
+    world = (roads, roads_by_cell(roads, near_m), near_m)
+    books = (np.zeros(len(roads[1]), np.int32), np.full(lists, -1, np.int32))
+    records = grown(
+        (
+            np.empty(len(time_s), np.int32),
+            np.empty(len(time_s)),
+            np.empty(len(time_s)),
+            np.empty(len(time_s), np.int32),
+            np.empty(len(time_s), np.int32),
+        )
+    )
+    count = 0
+    for particle in range(len(first_knot) - 1):
+        k_end = first_knot[particle + 1]
+        for k in range(first_knot[particle], k_end):
+            x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, time_s[k])
+            if k + 1 == k_end and gone[particle]:
+                until_s = time_s[k]
+            piece = (x, y, vx, vy, time_s[k], until_s - time_s[k])
+            records, count = record_piece(piece, (particle, k), world, books, records, count)
+    return by_time(records, count, lists)
+
+
+@compiled
+def by_time(records: Records, count: int, lists: int) -> PassageColumns:
+    """Return records sorted by list and by the time at which they begin."""
+    book, from_s, to_s, particle, _ = records
+    first = np.zeros(lists + 1, dtype=np.int64)
+    for i in range(count):
+        first[book[i] + 1] += 1
+    first = np.cumsum(first)
+    free = first[:-1].copy()
+    order = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        order[free[book[i]]] = i
+        free[book[i]] += 1
+    latest_s = np.empty(count)
+    for entry in range(lists):
+        mine = order[first[entry] : first[entry + 1]]
+        mine[:] = mine[np.argsort(from_s[mine])]
+        latest = -np.inf
+        for i in range(first[entry], first[entry + 1]):
+            latest = max(latest, to_s[order[i]])
+            latest_s[i] = latest
+    return first, from_s[order], to_s[order], latest_s, particle[order]

@@ -1,0 +1,105 @@
+"""The planners by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from planner.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from planner.search.plan import Plan
+    from planner.search.problem import Budget, Problem
+
+
+class Planner(Protocol):
+    """A function from a problem to a plan; the same random stream gives the same plan."""
+
+    def __call__(
+        self, problem: "Problem", *, budget: "Budget", rng: "np.random.Generator"
+    ) -> "Plan":
+        """Return the plan, with at most as many legs as the budget has roads if it searches."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A planner and what is to be known of it before it is loaded."""
+
+    name: str
+    summary: str  # one line
+    simulates: bool  # it plans by simulation, for which the UAV's take-off has to wait
+    load: Callable[[], Planner]
+
+
+def _exhaustive() -> Planner:
+    from planner.search.exhaustive import exhaustive
+
+    return exhaustive
+
+
+def _breadth_first() -> Planner:
+    from planner.search.exhaustive import breadth_first
+
+    return breadth_first
+
+
+def _exhaustive_shortest() -> Planner:
+    from planner.search.exhaustive_shortest import exhaustive_shortest
+
+    return exhaustive_shortest
+
+
+def _greedy() -> Planner:
+    from planner.search.greedy import greedy
+
+    return greedy
+
+
+def _wait() -> Planner:
+    from planner.search.wait import wait
+
+    return wait
+
+
+def _random() -> Planner:
+    from planner.search.random_order import random
+
+    return random
+
+
+def _exact() -> Planner:
+    from planner.search.exact import exact
+
+    return exact
+
+
+METHODS = (
+    Method("greedy", "the paper's what-if simulations, one road after the other", True, _greedy),
+    Method("exact", "the best of all orders and directions of a small net", True, _exact),
+    Method("exhaustive", "every road once, in topological order", False, _exhaustive),
+    Method(
+        "exhaustive-shortest",
+        "every road once, precedence kept, the least extra flight",
+        False,
+        _exhaustive_shortest,
+    ),
+    Method("breadth-first", "the paper's example of a search that fails", False, _breadth_first),
+    Method("wait", "fly to where most targets end and wait there", False, _wait),
+    Method("random", "random roads in random directions", False, _random),
+)
+
+
+def method_named(name: str) -> Method:
+    """Return the method of that name.
+
+    Raises
+    ------
+    InputError
+        If there is none; the text lists those there are.
+    """
+    for method in METHODS:
+        if method.name == name:
+            return method
+    names = ", ".join(method.name for method in METHODS)
+    raise InputError(f"method {name!r} is unknown; choose one of {names}")

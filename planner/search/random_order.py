@@ -1,0 +1,13 @@
+"""Roads in random order and direction: what any planner has to beat."""
+
+import numpy as np
+
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+
+
+def random(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
+    """Return the plan that flies random roads, each at most once, in random directions."""
+    roads = rng.permutation(len(problem.network.road_ids))[: budget.roads]
+    legs = 2 * roads + rng.integers(0, 2, size=len(roads))
+    return plan_of_legs(problem, "random", legs.tolist())

@@ -1,0 +1,74 @@
+"""A plan file holds all that its figures follow from."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from instances import figure3, physics_futures
+from planner.detection.evaluation import evaluate
+from planner.detection.track import Sensor
+from planner.errors import InputError
+from planner.mission.plan_file import plan_content, read_plan, write_plan
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Problem, Uav
+
+
+def written(path: Path, *, transit: bool) -> dict[str, object]:
+    network = figure3()
+    routes = [["AB", "BC", "CE"], ["AB", "BD", "DG"], ["AB", "BC", "CF"]]
+    futures = physics_futures(
+        network, routes, [0.0] * 3, [12.0, 20.0, 25.0], horizon_s=1e5, gone=False
+    )
+    uav = Uav(x_m=-30_000.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0)
+    asked = Problem(network, futures, (uav,), Sensor(200.0, transit), 3_600.0)
+    plan = plan_of_legs(asked, "by hand", [0, 5, 2, 9])
+    evaluation = evaluate(plan.tracks, futures, asked.sensor, asked.horizon_s)
+    content = plan_content(
+        plan, network, sensor=asked.sensor, planned=evaluation, evaluated=evaluation, seed=1
+    )
+    write_plan(path, content)
+    return content
+
+
+@pytest.mark.parametrize("transit", [True, False])
+def test_the_file_alone_reproduces_the_figures(tmp_path: Path, transit: bool) -> None:
+    content = written(tmp_path / "plan.json", transit=transit)
+    stored = read_plan(tmp_path / "plan.json", figure3())
+    futures = physics_futures(
+        figure3(), [["AB", "BC", "CE"], ["AB", "BD", "DG"], ["AB", "BC", "CF"]],
+        [0.0] * 3, [12.0, 20.0, 25.0], horizon_s=1e5, gone=False,
+    )  # fmt: skip
+    again = evaluate(stored.plan.tracks, futures, stored.sensor, stored.horizon_s)
+    planned = content["planned"]
+    assert isinstance(planned, dict)
+    assert again.expected_detection_time_s == planned["expected_detection_time_s"]
+    assert [leg.leg for leg in stored.plan.legs[0]] == [0, 5, 2, 9]
+    windows = len(stored.plan.tracks[0].sensor_on)
+    assert windows == 1 if transit else windows > 1
+
+
+def test_legs_name_roads_and_nodes_in_flying_direction(tmp_path: Path) -> None:
+    written(tmp_path / "plan.json", transit=True)
+    uav = json.loads((tmp_path / "plan.json").read_text())["uavs"][0]
+    names = [(leg["road"], leg["from_node"], leg["to_node"]) for leg in uav["legs"]]
+    assert names[:2] == [("AB", "A", "B"), ("BD", "D", "B")]
+    times = np.array(uav["waypoints"])[:, 0]
+    assert times[0] == 0.0
+    assert all(leg["end_s"] in times for leg in uav["legs"])
+
+
+def test_what_is_no_plan_is_told_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    with pytest.raises(InputError, match="cannot be read"):
+        read_plan(path, figure3())
+    for text in ("[", "[]", '{"schema": "other"}', '{"schema": "planner.plan/1", "uavs": 3}'):
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"plan\.json: ") as caught:
+            read_plan(path, figure3())
+        assert "\n" not in str(caught.value)
+    written(path, transit=True)
+    path.write_text(path.read_text().replace('"AB"', '"ZZ"'))
+    with pytest.raises(InputError, match="ZZ"):
+        read_plan(path, figure3())

@@ -1,0 +1,54 @@
+"""Sources, sinks and cycles, against plain walking."""
+
+import networkx as nx
+from hypothesis import given
+from hypothesis import strategies as st
+
+from instances import by_two_letters, figure1, figure3, grid
+from planner.network.road_network import RoadNetwork
+from planner.network.topology import find_cycle, road_graph, sinks, sources
+
+PLACES = {name: (i * 100.0, i * i * 10.0) for i, name in enumerate("ABCDEF")}
+pairs = st.tuples(st.sampled_from("ABCDEF"), st.sampled_from("ABCDEF")).map("".join)
+nets = st.lists(pairs, min_size=1, max_size=9, unique=True).map(
+    lambda roads: by_two_letters(PLACES, " ".join(roads))
+)
+
+
+def names(network: RoadNetwork, nodes: object) -> str:
+    return "".join(network.node_ids[node] for node in nodes)  # type: ignore[attr-defined]
+
+
+def test_papers_nets() -> None:
+    assert names(figure1(), sources(figure1())) == "A"
+    assert names(figure1(), sinks(figure1())) == "G"
+    assert names(figure3(), sinks(figure3())) == "EFG"
+    assert find_cycle(grid(6, 6)) == ()
+
+
+def test_shortest_cycle_is_named() -> None:
+    assert find_cycle(by_two_letters(PLACES, "AB BC CD DB CB")) == ("BC", "CB")
+    assert find_cycle(by_two_letters(PLACES, "AB BB")) == ("BB",)
+
+
+def test_parallel_roads_are_two() -> None:
+    network = by_two_letters(PLACES, "AB AB BC")
+    assert road_graph(network).number_of_edges() == 3
+
+
+@given(nets)
+def test_cycle_is_one_and_is_found(network: RoadNetwork) -> None:
+    cycle = find_cycle(network)
+    assert bool(cycle) != nx.is_directed_acyclic_graph(road_graph(network))
+    for road, following in zip(cycle, cycle[1:] + cycle[:1], strict=True):
+        assert road[1] == following[0]
+
+
+@given(nets)
+def test_sources_and_sinks(network: RoadNetwork) -> None:
+    assert names(network, sources(network)) == "".join(
+        n for n in "ABCDEF" if not any(road[1] == n for road in network.road_ids)
+    )
+    assert names(network, sinks(network)) == "".join(
+        n for n in "ABCDEF" if not any(road[0] == n for road in network.road_ids)
+    )

@@ -1,0 +1,115 @@
+"""Pictures repeat byte for byte, need no screen, and show what they should."""
+
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grid_instance import grid_futures, grid_problem
+from planner.detection.evaluation import Evaluation, evaluate
+from planner.errors import OutputError
+from planner.futures.state_at import state_at
+from planner.report.picture import plan_picture, where_picture
+from planner.search.plan import Plan, plan_of_legs, plan_of_wait
+
+PROBLEM = grid_problem(grid_futures(60, np.random.default_rng(1)), distance_m=60000.0)
+LEGS = plan_of_legs(PROBLEM, "greedy", [2, 6, 41])
+WAIT = plan_of_wait(PROBLEM, "wait", 75000.0, -75000.0)
+
+
+def evaluated(plan: Plan) -> dict[str, Evaluation]:
+    fresh = grid_futures(40, np.random.default_rng(2))
+    return {
+        name: evaluate(plan.tracks, futures, PROBLEM.sensor, PROBLEM.horizon_s)
+        for name, futures in (("planned", PROBLEM.futures), ("fresh", fresh))
+    }
+
+
+def texts(svg: Path) -> list[str]:
+    """What an SVG says, which matplotlib notes in comments beside the letters' outlines."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    tree = ElementTree.parse(svg, parser)
+    return [(part.text or "").strip() for part in tree.iter() if part.tag is ElementTree.Comment]
+
+
+@pytest.mark.parametrize("kind", [".png", ".svg", ".pdf"])
+def test_the_same_plan_gives_the_same_bytes(tmp_path: Path, kind: str) -> None:
+    import matplotlib
+
+    first, second = tmp_path / f"a{kind}", tmp_path / f"b{kind}"
+    plan_picture(first, PROBLEM, LEGS, evaluations=evaluated(LEGS), title="grid")
+    with matplotlib.rc_context({"font.size": 20.0, "axes.facecolor": "red"}):
+        plan_picture(second, PROBLEM, LEGS, evaluations=evaluated(LEGS), title="grid")
+    assert first.read_bytes() == second.read_bytes()
+    assert len(first.read_bytes()) > 10000
+
+
+def test_it_says_what_it_shows(tmp_path: Path) -> None:
+    evaluations = evaluated(LEGS)
+    plan_picture(tmp_path / "p.svg", PROBLEM, LEGS, evaluations=evaluations, title="a title")
+    said = texts(tmp_path / "p.svg")
+    assert "a title" in said
+    assert "UAV takes off at 0:00:00, 60 km north-west of the net;" in " ".join(said)
+    assert [text for text in said if text in {"1", "2", "3"}] == ["1", "2", "3"]
+    mean_s = evaluations["fresh"].expected_detection_time_s
+    assert any(text.startswith("fresh: ") and f"mean {mean_s:,.0f} s" in text for text in said)
+    assert {"east (km)", "time (min)", "horizon", "targets reach their goal"} <= set(said)
+    assert sum(text.endswith("% found") for text in said) == 4
+
+
+def test_a_road_flown_often_keeps_all_its_numbers(tmp_path: Path) -> None:
+    plan = plan_of_legs(PROBLEM, "greedy", [2, 3] * 5)
+    plan_picture(tmp_path / "p.svg", PROBLEM, plan, evaluations=evaluated(plan))
+    said = ", ".join(texts(tmp_path / "p.svg")).split(", ")
+    assert {str(order) for order in range(1, 11)} <= set(said)
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [WAIT, plan_of_legs(PROBLEM, "greedy", []), plan_of_legs(PROBLEM, "all", range(0, 120, 2))],
+    ids=["waits", "flies nothing", "flies everything"],
+)
+def test_other_plans_have_a_picture_too(tmp_path: Path, plan: Plan) -> None:
+    plan_picture(tmp_path / "p.png", PROBLEM, plan, evaluations=evaluated(plan))
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_nobody_there_has_a_picture(tmp_path: Path) -> None:
+    nobody = PROBLEM.replace(futures=PROBLEM.futures.take(np.zeros(60, dtype=bool)))
+    none = evaluate(LEGS.tracks, nobody.futures, nobody.sensor, nobody.horizon_s)
+    plan_picture(tmp_path / "p.png", nobody, LEGS, evaluations={"planned": none})
+    assert (tmp_path / "p.png").exists()
+
+
+def test_where(tmp_path: Path) -> None:
+    state = state_at(PROBLEM.futures, PROBLEM.network, 1800.0)
+    where_picture(tmp_path / "a.png", PROBLEM.network, state, title="where")
+    where_picture(tmp_path / "b.png", PROBLEM.network, state, title="where")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    before = state_at(PROBLEM.futures, PROBLEM.network, -5.0)
+    where_picture(tmp_path / "before.svg", PROBLEM.network, before)
+    assert any("probability 0.0%" in text for text in texts(tmp_path / "before.svg"))
+
+
+def test_it_needs_no_screen_and_no_pyplot(tmp_path: Path) -> None:
+    code = (
+        "import sys, numpy as np; from pathlib import Path\n"
+        "import test_picture as t\n"
+        f"t.plan_picture(Path({str(tmp_path / 'p.png')!r}), t.PROBLEM, t.LEGS, "
+        "evaluations=t.evaluated(t.LEGS))\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    here = Path(__file__).parent
+    paths = [str(here), str(here.parent), str(here.parents[1])]
+    environment = {"PYTHONPATH": ":".join(paths), "MPLBACKEND": "TkAgg", "PATH": "/usr/bin:/bin"}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    assert (tmp_path / "p.png").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot be written"):
+        plan_picture(tmp_path / "file" / "p.png", PROBLEM, LEGS, evaluations=evaluated(LEGS))

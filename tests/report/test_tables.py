@@ -1,0 +1,153 @@
+"""Tables say the figures, and are plain where there is no terminal."""
+
+import io
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from instances import figure3, physics_futures
+from planner.detection.evaluation import Evaluation
+from planner.detection.track import Sensor
+from planner.futures.state_at import by_road, state_at
+from planner.report.doctor import Finding
+from planner.report.tables import (
+    MethodRow,
+    compare_table,
+    console,
+    doctor_table,
+    flights_table,
+    legs_table,
+    particles_hint,
+    plan_table,
+    reasons,
+    where_table,
+)
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Problem, Uav
+
+NET = figure3()
+
+
+def evaluation(seen_s: list[float], *, weight: float = 1.0) -> Evaluation:
+    n = len(seen_s)
+    return Evaluation(np.array(seen_s), np.full(n, weight / n), np.full(n, 900.0), 1000.0)
+
+
+PLANNED = evaluation([100, 200, 300, np.inf])
+FRESH = evaluation([150, 250, 350, 950, np.inf, 250, 250, 250, 250, 250])
+ROW = MethodRow("greedy", PLANNED, FRESH, roads=7, took_s=0.0186)
+
+
+@pytest.fixture
+def printed(monkeypatch: pytest.MonkeyPatch) -> Callable[[object], str]:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+
+    def text(table: object) -> str:
+        file = io.StringIO()
+        console(file).print(table)
+        return file.getvalue()
+
+    return text
+
+
+def line(text: str, start: str) -> list[str]:
+    (found,) = [row for row in text.splitlines() if row.strip().startswith(start)]
+    return re.split(r"\s{2,}", found.strip())
+
+
+def test_plan(printed: Callable[[object], str]) -> None:
+    text = printed(plan_table(ROW))
+    _, planned, fresh, interval = line(text, "expected detection time")
+    assert planned == "400 s"
+    assert fresh == "395 s"
+    low_s, high_s = FRESH.ci95_s
+    assert interval == f"{low_s:,.0f} s .. {high_s:,.0f} s"
+    assert line(text, "found  ")[1:3] == ["75.0 %", "90.0 %"]
+    assert line(text, "found before")[1:3] == ["75.0 %", "80.0 %"]
+    assert line(text, "planned minus fresh")[1] == "+5 s"
+
+
+def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
+    printed: Callable[[object], str],
+) -> None:
+    rows = [ROW, MethodRow("exact", why_not="60 roads are too many")]
+    text = printed(compare_table(rows, "grid [5x5]"))
+    assert text.startswith("grid [5x5]")
+    assert "395 s" in text
+    assert "19 ms" in text
+    assert set(line(text, "exact")[1:]) == {"-"}
+    assert reasons(rows) == ["exact: 60 roads are too many"]
+
+
+def test_where(printed: Callable[[object], str]) -> None:
+    futures = physics_futures(
+        NET, [["AB"], ["AB"], ["AB", "BC"], ["AB", "BD"]], 0.0, [10, 10, 30, 30]
+    )
+    state = state_at(futures, NET, 200.0)
+    rows = by_road(state, NET)
+    text = printed(where_table(rows, time_s=200.0, elsewhere_probability=0.0))
+    assert "0:03:20" in text
+    assert line(text, "AB")[1] == "50.0 %"
+    assert "2,000" in " ".join(line(text, "AB"))
+    assert "10.0" in " ".join(line(text, "AB"))
+    assert "not on the roads" not in text
+    short = printed(where_table(rows, time_s=200.0, elsewhere_probability=0.25, most=1))
+    assert line(short, "2 other roads")[1] == "50.0 %"
+    assert line(short, "not on the roads")[1] == "25.0 %"
+
+
+def test_legs_name_the_ends_as_flown(printed: Callable[[object], str]) -> None:
+    futures = physics_futures(NET, [["AB"]], 0.0, 10.0)
+    problem = Problem(NET, futures, (Uav(0.0, 0.0, 0.0, 100.0),), Sensor(200.0), 3600.0)
+    text = printed(legs_table(plan_of_legs(problem, "any", [0, 3]), NET))
+    assert line(text, "1 ") == ["1", "AB", "A", "B", "0:00:00", "0:00:50"]
+    assert line(text, "2 ")[:4] == ["2", "BC", "C", "B"]
+
+
+def test_flights(printed: Callable[[object], str]) -> None:
+    text = printed(flights_table(FRESH))
+    assert "10 flights" in text
+    assert line(text, "found before")[1] == "80.0 %"
+
+
+def test_the_hint_comes_when_fresh_targets_take_longer() -> None:
+    rng = np.random.default_rng(1)
+    good, bad = (evaluation(list(rng.uniform(low, low + 100, 400))) for low in (100, 300))
+    hint = particles_hint(good, bad)
+    assert hint is not None
+    assert "search.particles=1600" in hint
+    assert particles_hint(bad, good) is None
+    assert particles_hint(good, good) is None
+
+
+def test_doctor_marks_faults(printed: Callable[[object], str]) -> None:
+    text = printed(doctor_table([Finding("a", True, "1.0"), Finding("b", False, "[x]", "do so")]))
+    assert line(text, "ok")[1] == "a"
+    assert line(text, "FAULT") == ["FAULT", "b", "[x]", "do so"]
+
+
+def test_no_terminal_means_no_colour_and_no_folding(printed: Callable[[object], str]) -> None:
+    text = printed(doctor_table([Finding("b", False, "x" * 90, "y")]))
+    assert "\x1b" not in text
+    assert "x" * 90 in text
+
+
+def test_no_color_is_respected(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    def printed_to_terminal() -> str:
+        file = Terminal()
+        console(file).print(doctor_table([Finding("b", False, "x", "y")]))
+        return file.getvalue()
+
+    monkeypatch.setenv("TERM", "xterm-256color")
+    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+        monkeypatch.delenv(name, raising=False)
+    assert "\x1b[1;31m" in printed_to_terminal()
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "31m" not in printed_to_terminal()
