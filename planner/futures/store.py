@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Ints
 from planner.belief.particles import Particles
 from planner.errors import InputError
-from planner.files import cache_folder, folder_written_whole, written_whole
+from planner.files import cache_folder, folder_written_whole
 from planner.futures.fcd import read_samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
 from planner.futures.record import SHARED, STEP_S, STRAIGHT_STEP_S, Progress, record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
+from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
 
 SCHEMA = "planner.futures/1"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
@@ -79,9 +79,9 @@ def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str
 def _key(particles: Particles, horizon_s: float, described: Mapping[str, str]) -> str:
     recipe = (SHARED, STEP_S, STRAIGHT_STEP_S, horizon_s, particles.driving)
     digest = hashlib.sha256(repr((sorted(described.items()), recipe)).encode())
-    for column in vars(particles).values():
-        if isinstance(column, np.ndarray):
-            digest.update(column.tobytes())
+    for values in vars(particles).values():
+        if isinstance(values, np.ndarray):
+            digest.update(values.tobytes())
     return digest.hexdigest()[:32]
 
 
@@ -93,37 +93,28 @@ def write_recording(
     described: Mapping[str, str],
 ) -> None:
     """Write ``futures.parquet`` and ``particles.parquet`` into a folder."""
-    import pyarrow
-    import pyarrow.parquet
-
-    numbers = np.arange(len(futures), dtype=np.int32)
-    edges = pyarrow.array(np.where(futures.edge == NO_EDGE, 0, futures.edge))
+    count = np.arange(len(futures), dtype=np.int32)
     knots = {
-        "particle": np.repeat(numbers, np.diff(futures.first_knot)),
+        "particle": np.repeat(count, np.diff(futures.first_knot)),
         "time_s": futures.time_s,
         "x_m": futures.x_m,
         "y_m": futures.y_m,
-        "edge": pyarrow.DictionaryArray.from_arrays(
-            pyarrow.array(edges, mask=futures.edge == NO_EDGE), list(network.edge_ids)
-        ),
+        "edge": dictionary(futures.edge, list(network.edge_ids), missing=NO_EDGE),
     }
-    routes = [
-        " ".join(network.edge_ids[edge] for edge in particles.route(k)) for k in range(len(numbers))
-    ]
     table = {
-        "particle": numbers,
+        "particle": count,
         "weight": particles.weight,
-        "target": np.zeros(len(numbers), dtype=np.int32),
-        "at_end": np.where(particles.gone, "gone", "stays"),
+        "target": np.zeros_like(count),
+        "at_end": ["gone" if gone else "stays" for gone in particles.gone],
         "depart_s": particles.depart_s,
         "speed_mps": particles.speed_mps[particles.first_edge[:-1]],
-        "route": routes,
+        "route": [
+            " ".join(network.edge_ids[edge] for edge in particles.route(k)) for k in count.tolist()
+        ],
         "seed": particles.seed,
     }
-    for name, columns in ((KNOTS, knots), (PARTICLES, table)):
-        with written_whole(folder / name) as path:
-            content = pyarrow.table(columns).replace_schema_metadata(dict(described))
-            pyarrow.parquet.write_table(content, path, compression="zstd")
+    write_table(folder / KNOTS, knots, described)
+    write_table(folder / PARTICLES, table, described)
 
 
 def read_recording(path: Path, network: RoadNetwork) -> Recording:
@@ -139,7 +130,7 @@ def read_recording(path: Path, network: RoadNetwork) -> Recording:
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; `planner futures SCENARIO -o DIR` writes one")
-    table = _table(path) if path.suffix == ".parquet" else None
+    table = read_table(path) if path.suffix == ".parquet" else None
     if table is None or "timestep_time" in table.column_names:
         futures = futures_of_samples(read_samples(path, network), network)
         unknown = len(futures)
@@ -148,50 +139,17 @@ def read_recording(path: Path, network: RoadNetwork) -> Recording:
     if not beside.is_file():
         futures = _futures(path, table, network, None)
         return Recording(path, futures, (np.nan,) * len(futures), ("",) * len(futures))
-    particles = _table(beside)
+    particles = read_table(beside)
     futures = _with_particles(beside, _futures(path, table, network, len(particles)), particles)
-    speed, route = (_column(beside, particles, name) for name in ("speed_mps", "route"))
+    speed, route = (column(beside, particles, name) for name in ("speed_mps", "route"))
     return Recording(path, futures, tuple(speed.to_pylist()), tuple(route.to_pylist()))
-
-
-def _table(path: Path) -> Any:
-    import pyarrow
-    import pyarrow.parquet
-
-    try:
-        # Not read_table: it loads pandas as well.
-        return pyarrow.parquet.ParquetFile(path).read()
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"{path}: is no readable Parquet file ({error})") from error
-
-
-def _column(path: Path, table: Any, name: str) -> Any:
-    if name not in table.column_names:
-        raise InputError(f"{path}: has no column {name!r}; it has {', '.join(table.column_names)}")
-    return table[name].combine_chunks()
-
-
-def _numbers(path: Path, table: Any, name: str) -> Any:
-    import pyarrow
-
-    try:
-        # Not to_numpy: it loads pandas, half a second, for nothing.
-        column = np.from_dlpack(_column(path, table, name)).astype(float)
-    except (TypeError, ValueError, pyarrow.ArrowException) as error:
-        raise InputError(f"{path}: column {name!r} must hold numbers ({error})") from error
-    if not np.isfinite(column).all():
-        raise InputError(
-            f"{path}: column {name!r} holds NaN or infinity in row "
-            f"{int(np.argmin(np.isfinite(column)))}; remove that row"
-        )
-    return column
 
 
 def _futures(path: Path, table: Any, network: RoadNetwork, count: int | None) -> Futures:
     if table.num_rows == 0:
         raise InputError(f"{path}: holds no row; record at least one particle")
-    particle = _numbers(path, table, "particle").astype(np.int64)
-    time_s, x_m, y_m = (_numbers(path, table, name) for name in ("time_s", "x_m", "y_m"))
+    particle = numbers(path, table, "particle").astype(np.int64)
+    time_s, x_m, y_m = (numbers(path, table, name) for name in ("time_s", "x_m", "y_m"))
     step = np.diff(particle)
     if particle[0] < 0 or (step < 0).any() or (np.diff(time_s)[step == 0] <= 0).any():
         raise InputError(f"{path}: rows must be sorted by particle (from 0), then rising time_s")
@@ -215,7 +173,7 @@ def _edges(path: Path, table: Any, network: RoadNetwork) -> Any:
         return np.full(len(table), NO_EDGE)
     encoded = table["edge"].combine_chunks().dictionary_encode()
     names = encoded.dictionary.to_pylist()
-    used = _indices(encoded.indices)
+    used = indices(encoded)
     unknown = [names[i] for i in np.unique(used[used >= 0]) if names[i] not in network.edge_index]
     if unknown:
         raise InputError(
@@ -226,21 +184,14 @@ def _edges(path: Path, table: Any, network: RoadNetwork) -> Any:
     return of_name[used]
 
 
-def _indices(indices: Any) -> Ints:
-    """Return where in a dictionary each row's value stands, -1 for none, (K,)."""
-    if indices.null_count == 0:
-        return np.asarray(np.from_dlpack(indices))
-    return np.array([-1 if i is None else i for i in indices.to_pylist()])
-
-
 def _with_particles(path: Path, futures: Futures, particles: Any) -> Futures:
-    weight = _numbers(path, particles, "weight")
+    weight = numbers(path, particles, "weight")
     if (weight < 0).any() or weight.sum() > 1 + TOTAL:
         raise InputError(
             f"{path}: weights must not be negative nor exceed 1 in all, "
             f"they sum to {weight.sum():g}"
         )
-    at_end = np.array(_column(path, particles, "at_end").to_pylist())
+    at_end = np.array(column(path, particles, "at_end").to_pylist())
     if not np.isin(at_end, ("stays", "gone")).all():
         raise InputError(f"{path}: column 'at_end' must hold 'stays' or 'gone'")
     return replace(futures, weight=weight, gone=at_end == "gone")

@@ -15,6 +15,7 @@ from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
+from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
 from planner.report.overlay import write_overlay
 from planner.report.picture import plan_picture, where_picture
@@ -61,21 +62,15 @@ def hashes(opened: Opened, content: Mapping[str, Any], recording: Recording) -> 
 
 
 def _write_evaluation(path: Path, row: MethodRow) -> None:
-    import pyarrow
-    import pyarrow.parquet
-
     evaluated = row.evaluated
     assert evaluated is not None
     columns = {
         "target": np.arange(len(evaluated.weight), dtype=np.int32),
         "weight": evaluated.weight,
-        "seen_at_s": pyarrow.array(evaluated.seen_at, mask=~evaluated.found),
+        "seen_at_s": evaluated.seen_at,  # infinity: never
         "reached_goal_s": evaluated.end_s,
     }
-    metadata = {"method": row.method, "horizon_s": repr(evaluated.horizon_s)}
-    with written_whole(path) as new:
-        table = pyarrow.table(columns).replace_schema_metadata(metadata)
-        pyarrow.parquet.write_table(table, new, compression="zstd")
+    write_table(path, columns, {"method": row.method, "horizon_s": repr(evaluated.horizon_s)})
 
 
 def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:

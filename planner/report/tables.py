@@ -116,7 +116,14 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     """
     table = _table(title)
     table.add_column("method")
-    for name in ("expected detection", "95 % interval", "found", "before goal", "in sample", "roads"):
+    for name in (
+        "expected detection",
+        "95 % interval",
+        "found",
+        "before goal",
+        "in sample",
+        "roads",
+    ):
         table.add_column(name, justify="right")
     table.add_column("planning took", justify="right")
     for row in rows:

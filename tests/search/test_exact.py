@@ -227,3 +227,25 @@ def test_the_earliest_meeting_is_physics() -> None:
                 assert away_m <= problem.sensor.radius_m + speed * (meeting_s - time_s) + 1e-6
                 reached += 1
     assert 200 < reached < 960
+
+
+def test_no_completion_beats_its_bound() -> None:
+    """For every first leg; some bounds of single particles are reached, so none is too low."""
+    from planner.search.kernels_exact import completion_bound, fly
+
+    reached = 0
+    for seed in range(30):
+        problem = random_problem(500 + seed, 3)
+        single = replace(problem.futures.take(np.array([seed % 12])), weight=[1.0])
+        for variant in (problem, problem.replace(futures=single)):
+            case = exact_module._case(variant)
+            states = exact_module._states(variant, case, 2)
+            best_s = enumerate_orders(variant).value_s.reshape(6, -1).min(axis=1)
+            for leg in range(6):
+                if not fly(case, states, 0, leg, 1):
+                    continue
+                bound_s = completion_bound(case, states, 1, np.inf)
+                assert bound_s <= best_s[leg] + 1e-6
+                seen_later = states.opens[1] > 0 and best_s[leg] < problem.horizon_s
+                reached += seen_later and best_s[leg] < bound_s + 0.5
+    assert reached > 5
