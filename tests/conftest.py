@@ -1,17 +1,12 @@
-"""One cache for a whole test run, apart from the user's own; compiled code outlives the run."""
+"""One cache for all test runs, apart from the user's own: what is in it is keyed by content."""
 
 import os
 from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).parent
-os.environ.setdefault("NUMBA_CACHE_DIR", str(HERE.parent / ".pytest_cache" / "compiled"))
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _cache(tmp_path_factory: pytest.TempPathFactory) -> None:
-    os.environ["PLANNER_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+CACHE = Path(__file__).parent.parent / ".pytest_cache" / "planner"
+os.environ["PLANNER_CACHE"] = str(CACHE)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from planner.files import cache_folder, folder_written_whole
 from planner.futures.fcd import read_samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
-from planner.futures.record import SHARED, STEP_S, STRAIGHT_STEP_S, Progress, record
+from planner.futures.record import Progress, record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
@@ -77,8 +77,10 @@ def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str
 
 
 def _key(particles: Particles, horizon_s: float, described: Mapping[str, str]) -> str:
-    recipe = (SHARED, STEP_S, STRAIGHT_STEP_S, horizon_s, particles.driving)
-    digest = hashlib.sha256(repr((sorted(described.items()), recipe)).encode())
+    recipe = (sorted(described.items()), horizon_s, particles.driving)
+    digest = hashlib.sha256(repr(recipe).encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):  # what made a recording
+        digest.update(source.read_bytes())
     for values in vars(particles).values():
         if isinstance(values, np.ndarray):
             digest.update(values.tobytes())

@@ -43,7 +43,7 @@ def write_run(
         f"{len(row.planned.weight):,} futures planned with": row.planned,
         f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
     }
-    plan_picture(folder / PICTURE, problem, plan, evaluations=curves)
+    plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

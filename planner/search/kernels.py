@@ -22,10 +22,8 @@ from planner.jit import compiled
 from planner.search.kernels_passages import PassageColumns, padded
 
 Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
-# from_node (L,), duration_s (L,), first_point (L + 1,), after_s, x_m, y_m (Q,), node_xy_m (V, 2)
-LegColumns: TypeAlias = tuple[Ints, Floats, Offsets, Floats, Floats, Floats, Floats]
-# transits by rising bearing: bearing (m,), node (m,), waypoints (2 m,) each
-Transits: TypeAlias = tuple[Floats, Ints, FlightColumns]
+LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats]  # first_point, after_s, x_m, y_m
+Transits: TypeAlias = tuple[Floats, FlightColumns]  # rising bearing (m,), waypoints (2 m,) each
 Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
 Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
 Sensing: TypeAlias = tuple[float, float, float, bool]  # radius, UAV's and fastest speed, transit
@@ -41,24 +39,12 @@ def bearing(x: float, y: float) -> float:
 
 
 @compiled
-def transits_from(place: Place, legs: LegColumns, wanted: Ints, speed_mps: float) -> Transits:
-    """Return the straight flights to the start of each leg, each once, by rising bearing."""
-    from_node, _, _, _, _, _, node_xy_m = legs
-    asked = np.zeros(len(node_xy_m), dtype=np.bool_)
-    for leg in wanted:
-        asked[from_node[leg]] = True
-    offset_x, offset_y = node_xy_m[:, 0] - place[1], node_xy_m[:, 1] - place[2]
-    nodes = np.flatnonzero(asked & ((offset_x != 0.0) | (offset_y != 0.0)))
-    bearings = np.empty(len(nodes))
-    for i, node in enumerate(nodes):
-        bearings[i] = bearing(offset_x[node], offset_y[node])
-    order = np.argsort(bearings)
-    nodes = nodes[order]
-    time_s, x_m, y_m = np.empty(2 * len(nodes)), np.empty(2 * len(nodes)), np.empty(2 * len(nodes))
-    time_s[::2], x_m[::2], y_m[::2] = place
-    time_s[1::2] = place[0] + np.hypot(offset_x[nodes], offset_y[nodes]) / speed_mps
-    x_m[1::2], y_m[1::2] = node_xy_m[nodes, 0], node_xy_m[nodes, 1]
-    return bearings[order], nodes.astype(np.int32), (time_s, x_m, y_m)
+def bearings_of(offset: Floats) -> Floats:
+    """Return the bearings of many vectors, (m, 2), as ``bearing`` does."""
+    bearings = np.empty(len(offset))
+    for i in range(len(offset)):
+        bearings[i] = bearing(offset[i, 0], offset[i, 1])
+    return bearings
 
 
 @compiled
@@ -147,18 +133,22 @@ def transit_sightings(
     place: Place, transits: Transits, unseen: Flags, futures: FuturesColumns, sensing: Sensing
 ) -> tuple[Ints, Chain, Ints]:
     """Return what each transit sees: its chain's head (-1: nothing), the chains, their lengths."""
-    bearings, _, waypoints = transits
+    bearings, waypoints = transits
     radius_m, speed_mps, fastest_mps, _ = sensing
     many = len(bearings)
     head, lengths = np.full(many, -1, dtype=np.int32), np.zeros(many, dtype=np.int32)
     chain = linked((np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0)), 0)
     count = 0
-    over_s = waypoints[0].max() if many else -np.inf
+    over_s = -np.inf
+    for j in range(many):
+        over_s = max(over_s, waypoints[0][2 * j + 1])
     # Only if the ring grows faster than particles move it passes each of them once, and quickly.
     ring = fastest_mps < 0.9 * speed_mps
     passes_s = 2.0 * padded(radius_m) / (speed_mps - fastest_mps) if ring else np.inf
     window, low, wide = (place[0], over_s), -2.0, 4.0
-    for particle in np.flatnonzero(unseen):
+    for particle in range(len(unseen)):
+        if not unseen[particle]:
+            continue
         if ring:
             enter_s, x, y = ring_entry(place, futures, particle, sensing)
             if enter_s > over_s:
@@ -211,7 +201,7 @@ def passages_within(
 
 @compiled
 def see_along_road(
-    flight: FlightColumns,
+    flight: tuple[FlightColumns, int],
     span: tuple[int, int],
     world: tuple[FuturesColumns, PassageColumns, float],
     marks: tuple[Flags, Ints, int],
@@ -225,14 +215,14 @@ def see_along_road(
     """
     futures, (_, from_s, to_s, _, particle), radius_m = world
     unseen, met, number = marks
-    points = (0, len(flight[0]))
-    start_s, end_s = flight[0][0], flight[0][-1]
+    waypoints, points = flight
+    start_s, end_s = waypoints[0][0], waypoints[0][points - 1]
     for i in range(span[0], span[1]):
         who = particle[i]
         if to_s[i] < start_s or not unseen[who] or met[who] == number:
             continue
         window = (max(start_s, from_s[i]), min(end_s, to_s[i]))
-        seen = seen_in_flight(flight, points, futures, who, window, radius_m)
+        seen = seen_in_flight(waypoints, (0, points), futures, who, window, radius_m)
         if seen < np.inf:
             found[0][count], found[1][count] = who, seen
             met[who] = number
@@ -256,59 +246,54 @@ def see_on_the_way(
 
 
 @compiled
-def spans_of(wanted: Ints, begins_s: Floats, ends_s: Floats, passages: PassageColumns) -> Offsets:
-    """Return for each wanted leg the passages to look at: (C, 2, 2), moving and resting."""
+def most_sightings(
+    wanted: Ints, start_s: Floats, end_s: Floats, passages: PassageColumns, spans: Offsets
+) -> int:
+    """Find for each wanted leg the passages to look at, (C, 2, 2); return how many in all."""
     roads = len(passages[0]) // 2
-    spans = np.empty((len(wanted), 2, 2), dtype=np.int64)
-    for c, leg in enumerate(wanted):
+    most = 0
+    for c in range(len(wanted)):
         for rests in range(2):
-            entry = leg // 2 + rests * roads
-            spans[c, rests] = passages_within(passages, entry, begins_s[c], ends_s[c])
-    return spans
+            entry = wanted[c] // 2 + rests * roads
+            begin, end = passages_within(passages, entry, start_s[c], end_s[c])
+            spans[c, rests, 0], spans[c, rests, 1] = begin, end
+            most += end - begin
+    return most
 
 
 @compiled
-def what_if_sightings(
-    place: Place,
-    wanted: Ints,
+def leg_sightings(
+    flights: tuple[Ints, Floats, Ints, Offsets],
     unseen: Flags,
     legs: LegColumns,
-    world: tuple[FuturesColumns, PassageColumns],
-    sensing: Sensing,
-) -> tuple[Floats, Offsets, Ints, Floats]:
-    """Return what each wanted leg would see of the unseen particles from a place and time on.
+    world: tuple[FuturesColumns, PassageColumns, float],
+    chain: Chain,
+    found: Found,
+) -> int:
+    """Write down what each flight sees, on its transit and along its road; return how much.
 
-    Returns
-    -------
-    start_s
-        When the leg's road begins, (C,) seconds.
-    first, particle, seen_at
-        Sightings of candidate c: entries first[c] to first[c + 1]; each particle once.
+    ``flights`` holds for each its leg, when its road begins, the head of its transit's chain, and
+    its passages; in its last column they are then replaced by where its sightings end.
     """
-    from_node, duration_s, first_point, after_s, x_m, y_m, node_xy_m = legs
-    futures, passages = world
-    transits = transits_from(place, legs, wanted, sensing[1])
-    asked = unseen if sensing[3] else unseen[:0]
-    head, chain, lengths = transit_sightings(place, transits, asked, futures, sensing)
-    arrive_s, heads = np.full(len(node_xy_m), place[0]), np.full(len(node_xy_m), -1)
-    arrive_s[transits[1]], heads[transits[1]] = transits[2][0][1::2], head
-    room = np.zeros(len(node_xy_m), dtype=np.int64)
-    room[transits[1]] = lengths
-    nodes = from_node[wanted]
-    start_s = arrive_s[nodes]
-    spans = spans_of(wanted, start_s, start_s + duration_s[wanted], passages)
-    most = room[nodes].sum() + (spans[:, :, 1] - spans[:, :, 0]).sum()
-    found = (np.empty(most, np.int32), np.empty(most))
+    wanted, start_s, heads, spans = flights
+    first_point, after_s, x_m, y_m = legs
     met = np.zeros(len(unseen), dtype=np.int32)
-    first = np.zeros(len(wanted) + 1, dtype=np.int64)
+    longest = 0
+    for leg in wanted:
+        longest = max(longest, first_point[leg + 1] - first_point[leg])
+    flight = (np.empty(longest), np.empty(longest), np.empty(longest))
     count = 0
-    for c, leg in enumerate(wanted):
-        count = see_on_the_way(heads[nodes[c]], chain, (met, c + 1), found, count)
-        points = slice(first_point[leg], first_point[leg + 1])
-        flight = (after_s[points] + start_s[c], x_m[points], y_m[points])
+    for c in range(len(wanted)):
+        count = see_on_the_way(heads[c], chain, (met, c + 1), found, count)
+        begin = first_point[wanted[c]]
+        points = first_point[wanted[c] + 1] - begin
+        for i in range(points):
+            flight[0][i] = start_s[c] + after_s[begin + i]
+            flight[1][i], flight[2][i] = x_m[begin + i], y_m[begin + i]
         for rests in range(2):
-            span, marks = (spans[c, rests, 0], spans[c, rests, 1]), (unseen, met, c + 1)
-            shared = (futures, passages, sensing[0])
-            count = see_along_road(flight, span, shared, marks, found, count)
-        first[c + 1] = count
-    return start_s, first, found[0][:count], found[1][:count]
+            span = (spans[c, rests, 0], spans[c, rests, 1])
+            count = see_along_road(
+                (flight, points), span, world, (unseen, met, c + 1), found, count
+            )
+        spans[c, 1, 1] = count
+    return count

@@ -62,8 +62,12 @@ def box_of(roads: Roads, radius_m: float) -> Box:
     _, x_m, y_m = roads
     if len(x_m) == 0:
         return 0.0, 0.0, 1.0, 1, 1
-    west, south = x_m.min() - radius_m, y_m.min() - radius_m
-    width, height = x_m.max() + radius_m - west, y_m.max() + radius_m - south
+    west, east, south, north = x_m[0], x_m[0], y_m[0], y_m[0]
+    for i in range(len(x_m)):
+        west, east = min(west, x_m[i]), max(east, x_m[i])
+        south, north = min(south, y_m[i]), max(north, y_m[i])
+    west, south = west - radius_m, south - radius_m
+    width, height = east + radius_m - west, north + radius_m - south
     size = max(np.sqrt(width * height / len(x_m)), max(width, height) / 1000.0, 2.0 * radius_m)
     return west, south, size, int(width / size) + 1, int(height / size) + 1
 
@@ -84,11 +88,14 @@ def roads_by_cell(roads: Roads, radius_m: float) -> Cells:
     first_point, x_m, y_m = roads
     box = box_of(roads, radius_m)
     first = np.zeros(box[3] * box[4] + 1, dtype=np.int64)
+    free = np.zeros(len(first), dtype=np.int64)
+    segment, owner = np.empty(0, np.int32), np.empty(0, np.int32)
     for filling in range(2):
         if filling:
-            first = np.cumsum(first)
-            segment, owner = np.empty((2, first[-1]), dtype=np.int32)
-            free = first[:-1].copy()
+            for cell in range(len(first) - 1):
+                first[cell + 1] += first[cell]
+                free[cell] = first[cell]
+            segment, owner = np.empty(first[-1], np.int32), np.empty(first[-1], np.int32)
         for road in range(len(first_point) - 1):
             for point in range(first_point[road], first_point[road + 1] - 1):
                 a, b, c, d = segment_cells(box, x_m, y_m, point, radius_m)
@@ -135,17 +142,22 @@ def inside(place: float, speed: float, low: float, high: float) -> tuple[float, 
 
 
 @compiled
+def room_for(count: int) -> Records:
+    """Return empty columns for so many records."""
+    return (
+        np.empty(count, dtype=np.int32),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count, dtype=np.int32),
+        np.empty(count, dtype=np.int32),
+    )
+
+
+@compiled
 def grown(records: Records) -> Records:
     """Return the same records with room for twice as many."""
-    room = 2 * len(records[0])
     lists, from_s, to_s, particle, knot = records
-    wide = (
-        np.empty(room, dtype=np.int32),
-        np.empty(room),
-        np.empty(room),
-        np.empty(room, dtype=np.int32),
-        np.empty(room, dtype=np.int32),
-    )
+    wide = room_for(2 * len(lists))
     many = len(lists)
     wide[0][:many], wide[1][:many], wide[2][:many] = lists, from_s, to_s
     wide[3][:many], wide[4][:many] = particle, knot
@@ -201,22 +213,16 @@ def record_piece(
 
 
 @compiled
-def all_passages(futures: FuturesColumns, roads: Roads, radius_m: float) -> PassageColumns:
-    """Return every particle's passages along every road, by road and time."""
+def all_passages(
+    futures: FuturesColumns, roads: Roads, radius_m: float
+) -> tuple[Ints, Floats, Floats, Ints]:
+    """Return every particle's passages along every road: list, from_s, to_s, particle."""
     time_s, x_m, y_m, first_knot, gone = futures
     lists = 2 * (len(roads[0]) - 1)
     near_m = padded(radius_m)
     world = (roads, roads_by_cell(roads, near_m), near_m)
     books = (np.zeros(len(roads[1]), np.int32), np.full(lists, -1, np.int32))
-    records = grown(
-        (
-            np.empty(len(time_s), np.int32),
-            np.empty(len(time_s)),
-            np.empty(len(time_s)),
-            np.empty(len(time_s), np.int32),
-            np.empty(len(time_s), np.int32),
-        )
-    )
+    records = room_for(2 * len(time_s) + 16)
     count = 0
     for particle in range(len(first_knot) - 1):
         k_end = first_knot[particle + 1]
@@ -226,28 +232,4 @@ def all_passages(futures: FuturesColumns, roads: Roads, radius_m: float) -> Pass
                 until_s = time_s[k]
             piece = (x, y, vx, vy, time_s[k], until_s - time_s[k])
             records, count = record_piece(piece, (particle, k), world, books, records, count)
-    return by_time(records, count, lists)
-
-
-@compiled
-def by_time(records: Records, count: int, lists: int) -> PassageColumns:
-    """Return records sorted by list and by the time at which they begin."""
-    book, from_s, to_s, particle, _ = records
-    first = np.zeros(lists + 1, dtype=np.int64)
-    for i in range(count):
-        first[book[i] + 1] += 1
-    first = np.cumsum(first)
-    free = first[:-1].copy()
-    order = np.empty(count, dtype=np.int64)
-    for i in range(count):
-        order[free[book[i]]] = i
-        free[book[i]] += 1
-    latest_s = np.empty(count)
-    for entry in range(lists):
-        mine = order[first[entry] : first[entry + 1]]
-        mine[:] = mine[np.argsort(from_s[mine])]
-        latest = -np.inf
-        for i in range(first[entry], first[entry + 1]):
-            latest = max(latest, to_s[order[i]])
-            latest_s[i] = latest
-    return first, from_s[order], to_s[order], latest_s, particle[order]
+    return records[0][:count], records[1][:count], records[2][:count], records[3][:count]

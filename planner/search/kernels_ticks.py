@@ -15,7 +15,7 @@ Ticks: TypeAlias = tuple[Floats, Floats, Floats]  # time_s, x_m, y_m of the UAV 
 @compiled
 def looks(place: Place, leg: int, start_s: float, legs: LegColumns, tick_s: float) -> Ticks:
     """Return where the UAV is at each tick of its flight to a leg and along it."""
-    _, _, first_point, after_s, leg_x, leg_y, _ = legs
+    first_point, after_s, leg_x, leg_y = legs
     begin, end = first_point[leg], first_point[leg + 1]
     flight = (np.empty(end - begin + 1), np.empty(end - begin + 1), np.empty(end - begin + 1))
     flight[0][0], flight[1][0], flight[2][0] = place
@@ -76,6 +76,7 @@ def seen_by_ticks(
         start_s = wanted[1][c]
         ticks = looks(place, wanted[0][c], start_s, legs, tick_s)
         from_s = place[0] if in_transit else start_s
-        for particle in np.flatnonzero(unseen):
-            seen_at[c, particle] = first_look(ticks, from_s, futures, particle, radius_m)
+        for particle in range(len(unseen)):
+            if unseen[particle]:
+                seen_at[c, particle] = first_look(ticks, from_s, futures, particle, radius_m)
     return seen_at

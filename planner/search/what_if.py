@@ -60,26 +60,17 @@ class WhatIf:
     """
 
     def __init__(self, problem: Problem) -> None:
-        from planner.search.kernels_passages import all_passages, fastest
+        from planner.search.kernels_passages import fastest
 
         legs, sensor = problem.legs, problem.sensor
         self.problem = problem
         self._futures = columns(problem.futures)
-        self._legs = (
-            legs.from_node,
-            legs.duration_s,
-            legs.first_point,
-            legs.after_s,
-            legs.x_m,
-            legs.y_m,
-            legs.node_xy_m,
-        )
-        self._passages = all_passages(self._futures, _roads(problem), sensor.radius_m)
+        self._legs = (legs.first_point, legs.after_s, legs.x_m, legs.y_m)
+        self._passages = passages(problem)
         self._sensing = (
             float(sensor.radius_m),
             float(legs.speed_mps),
             float(fastest(self._futures)),
-            sensor.detects_in_transit,
         )
 
     def fly(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Sightings:
@@ -92,20 +83,58 @@ class WhatIf:
         unseen
             The particles to look for, (N,); by default those the state has not seen.
         """
-        from planner.search.kernels import what_if_sightings
+        from planner.search.kernels import leg_sightings, most_sightings
 
+        known = self.problem.legs
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
         look_for = np.isinf(state.seen_at) if unseen is None else unseen
-        start_s, first, particle, seen_at = what_if_sightings(
-            (float(state.time_s), float(state.x_m), float(state.y_m)),
-            wanted,
-            look_for,
-            self._legs,
-            (self._futures, self._passages),
-            self._sensing,
+        nodes = known.from_node[wanted]
+        start_at_node, heads, chain, counts = self._transits(state, nodes, look_for)
+        start_s = start_at_node[nodes]
+        end_s = start_s + known.duration_s[wanted]
+        spans = np.empty((len(wanted), 2, 2), dtype=np.int64)
+        most = most_sightings(wanted, start_s, end_s, self._passages, spans)
+        most += int(counts[nodes].sum())
+        found = (np.empty(most, dtype=np.int32), np.empty(most))
+        world = (self._futures, self._passages, self._sensing[0])
+        flights = (wanted, start_s, heads[nodes], spans)
+        count = leg_sightings(flights, look_for, self._legs, world, chain, found)
+        first = np.concatenate(([0], spans[:, 1, 1]))
+        return Sightings(wanted, start_s, end_s, first, found[0][:count], found[1][:count])
+
+    def _transits(
+        self, state: SearchState, nodes: Ints, unseen: Flags
+    ) -> tuple[Floats, Ints, tuple[Ints, Ints, Floats], Ints]:
+        """Fly straight to each node that a leg starts at, once.
+
+        Returns when the UAV is there (V,), the head of each node's chain of sightings (V,), the
+        chains, and their lengths (V,).
+        """
+        from planner.search.kernels import bearings_of, transit_sightings
+
+        place = (float(state.time_s), float(state.x_m), float(state.y_m))
+        node_xy_m = self.problem.legs.node_xy_m
+        offset = node_xy_m - place[1:]
+        arrive_s = place[0] + np.hypot(offset[:, 0], offset[:, 1]) / self._sensing[1]
+        asked = np.zeros(len(node_xy_m), dtype=np.bool_)
+        if self.problem.sensor.detects_in_transit:
+            asked[nodes] = offset[nodes].any(axis=1)
+        ends = np.flatnonzero(asked)
+        bearings = bearings_of(offset[ends])
+        order = np.argsort(bearings)
+        ends = ends[order]
+        waypoints = np.empty((3, len(ends), 2))
+        waypoints[:, :, 0] = np.array(place)[:, None]
+        waypoints[0, :, 1] = arrive_s[ends]
+        waypoints[1:, :, 1] = node_xy_m[ends].T
+        flat = waypoints.reshape(3, -1)
+        transits = (bearings[order], (flat[0], flat[1], flat[2]))
+        head, chain, lengths = transit_sightings(
+            place, transits, unseen, self._futures, self._sensing
         )
-        end_s = start_s + self.problem.legs.duration_s[wanted]
-        return Sightings(wanted, start_s, end_s, first, particle, seen_at)
+        heads, counts = np.full((2, len(node_xy_m)), [[-1], [0]], dtype=np.int32)
+        heads[ends], counts[ends] = head, lengths
+        return arrive_s, heads, chain, counts
 
     def fly_by_ticks(
         self, state: SearchState, legs: Ints, tick_s: float, *, unseen: Flags | None = None
@@ -126,7 +155,7 @@ class WhatIf:
             look_for,
             self._legs,
             self._futures,
-            (self._sensing[0], float(tick_s), self._sensing[3]),
+            (self._sensing[0], float(tick_s), self.problem.sensor.detects_in_transit),
         )
         flight, particle = np.nonzero(np.isfinite(seen_at))
         first = np.searchsorted(flight, np.arange(len(wanted) + 1))
@@ -134,7 +163,24 @@ class WhatIf:
         return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
 
 
-def _roads(problem: Problem) -> tuple[Offsets, Floats, Floats]:
+def passages(problem: Problem) -> tuple[Offsets, Floats, Floats, Floats, Ints]:
+    """Return every particle's passages along every road, by road and time.
+
+    The columns are those of ``kernels_passages.PassageColumns``.
+    """
+    from planner.search.kernels_passages import all_passages
+
     network = problem.network
     shape = network.shape_xy_m
-    return network.first_point, shape[:, 0].copy(), shape[:, 1].copy()
+    roads = (network.first_point, shape[:, 0].copy(), shape[:, 1].copy())
+    lists = 2 * len(network.road_ids)
+    entry, from_s, to_s, particle = all_passages(
+        columns(problem.futures), roads, problem.sensor.radius_m
+    )
+    order = np.lexsort((from_s, entry))
+    first = np.searchsorted(entry[order], np.arange(lists + 1))
+    to_s = to_s[order]
+    latest_s = to_s.copy()
+    for begin, end in zip(first[:-1].tolist(), first[1:].tolist(), strict=True):
+        np.maximum.accumulate(latest_s[begin:end], out=latest_s[begin:end])
+    return first, from_s[order], to_s, latest_s, particle[order]

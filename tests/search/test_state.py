@@ -47,9 +47,7 @@ def test_directions() -> None:
 def test_nothing_that_ends_after_the_landing() -> None:
     problem = random_problem(1)
     state = SearchState.at_start(problem)
-    end_s = (
-        state.time_s + problem.legs.transit_s(state.x_m, state.y_m) + problem.legs.duration_s
-    )
+    end_s = state.time_s + problem.legs.transit_s(state.x_m, state.y_m) + problem.legs.duration_s
     limit_s = float(np.sort(end_s)[4])
     uav = replace(problem.uavs[0], max_flight_time_s=limit_s - problem.uavs[0].take_off_s + 1e-6)
     legs = candidate_legs(problem.replace(uavs=(uav,)), state)

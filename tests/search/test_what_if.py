@@ -113,8 +113,10 @@ def first_tick(
     ticks = np.arange(state.time_s + tick_s, time_s[-1] + 1e-9, tick_s)
     x_m = np.interp(ticks, time_s, np.concatenate(([state.x_m], legs.x_m[points])))
     y_m = np.interp(ticks, time_s, np.concatenate(([state.y_m], legs.y_m[points])))
-    offset = problem.futures.xy(particle, ticks) if problem.futures.end_s[particle] > -np.inf else (
-        np.full((len(ticks), 2), np.nan)
+    offset = (
+        problem.futures.xy(particle, ticks)
+        if problem.futures.end_s[particle] > -np.inf
+        else (np.full((len(ticks), 2), np.nan))
     )
     inside = np.hypot(offset[:, 0] - x_m, offset[:, 1] - y_m) <= problem.sensor.radius_m
     if not problem.sensor.detects_in_transit:
