@@ -102,7 +102,8 @@ def plan(arguments: argparse.Namespace) -> int:
         made, row, content = _planned(arguments, opened, method, recording, watch)
         if folder is not None:
             problem = problem_of(opened, recording.futures, method=method)
-            run_files.write_run(folder, problem, made, content, row)
+            title = f"{opened.scenario.name}: {method.name}"
+            run_files.write_run(folder, problem, made, content, row, title=title)
             watch.lap("files")
             record = _provenance(opened, content, recording, watch)
             run_files.write_json(folder / run_files.PROVENANCE, record)

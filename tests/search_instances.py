@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from instances import figure1, figure3, grid, network_of_roads, physics_futures
 
+from instances import figure1, figure3, grid, network_of_roads, physics_futures
 from planner.arrays import Floats
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Sensor

@@ -31,7 +31,13 @@ WHERE = ("where.csv", "where.png")
 
 
 def write_run(
-    folder: Path, problem: Problem, plan: Plan, content: Mapping[str, Any], row: MethodRow
+    folder: Path,
+    problem: Problem,
+    plan: Plan,
+    content: Mapping[str, Any],
+    row: MethodRow,
+    *,
+    title: str,
 ) -> None:
     """Write ``plan.json``, ``evaluation.parquet``, ``plan.png`` and ``plan.add.xml``."""
     assert row.planned is not None

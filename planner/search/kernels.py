@@ -26,7 +26,7 @@ LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats]  # first_point, a
 Transits: TypeAlias = tuple[Floats, FlightColumns]  # rising bearing (m,), waypoints (2 m,) each
 Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
 Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
-Sensing: TypeAlias = tuple[float, float, float, bool]  # radius, UAV's and fastest speed, transit
+Sensing: TypeAlias = tuple[float, float, float]  # radius, the UAV's and the fastest target's speed
 
 
 @compiled
@@ -36,6 +36,12 @@ def bearing(x: float, y: float) -> float:
     if x >= 0.0:
         return slope
     return 2.0 - slope if y >= 0.0 else -2.0 - slope
+
+
+@compiled
+def turn_from(low: float, other: float) -> float:
+    """Return how far one bearing lies on from another one, in [0, 4]."""
+    return other - low if other >= low else other - low + 4.0
 
 
 @compiled
@@ -134,7 +140,7 @@ def transit_sightings(
 ) -> tuple[Ints, Chain, Ints]:
     """Return what each transit sees: its chain's head (-1: nothing), the chains, their lengths."""
     bearings, waypoints = transits
-    radius_m, speed_mps, fastest_mps, _ = sensing
+    radius_m, speed_mps, fastest_mps = sensing
     many = len(bearings)
     head, lengths = np.full(many, -1, dtype=np.int32), np.zeros(many, dtype=np.int32)
     chain = linked((np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0)), 0)
@@ -159,8 +165,7 @@ def transit_sightings(
         for _ in range(many):
             if j == many:
                 j = 0
-            turn = bearings[j] - low
-            if (turn if turn >= 0.0 else turn + 4.0) > wide:
+            if turn_from(low, bearings[j]) > wide:
                 break
             if waypoints[0][2 * j + 1] >= window[0]:
                 seen = seen_in_flight(

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from instances import figure3, physics_futures
 
+from instances import figure3, physics_futures
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.track import Sensor, Track
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import at_times, by_ticks
 
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Track
 from planner.futures.futures import Futures
+from reference import at_times, by_ticks
 
 Points = Sequence[tuple[float, float, float]]  # time, x, y
 ALWAYS = ((-np.inf, np.inf),)

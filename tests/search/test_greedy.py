@@ -5,10 +5,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+
 from grid_instance import grid_futures, grid_problem
 from instances import network_of_roads
-from search_instances import flown, random_problem
-
 from planner.arrays import Flags, Floats
 from planner.detection.evaluation import evaluate
 from planner.detection.track import Sensor
@@ -18,6 +17,7 @@ from planner.search.greedy import GreedyOptions, greedy
 from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 from planner.search.state import SearchState, candidate_legs
+from search_instances import flown, random_problem
 
 RNG = np.random.default_rng(0)  # handed to every planner, not used by this one
 
@@ -33,7 +33,7 @@ class Printed:
     observed: Flags
     observation_times: Floats
 
-    def what_if(self, problem: Problem, state: SearchState, legs: list[int], copied: bool) -> None:
+    def what_if(self, problem: Problem, state: SearchState, legs: list[int]) -> None:
         for i, leg in enumerate(legs):
             seen_at = flown(problem, state, leg)
             assert seen_at is not None
@@ -63,14 +63,13 @@ def printed_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list
         if not legs:
             break
         before = figure6.observation_times[0].copy()
-        copied = options.flags == "copied"
-        figure6.what_if(problem, state, legs, copied)
+        figure6.what_if(problem, state, legs)
         costs = [
             cost(problem, state, leg, before, figure6.observation_times[i], options.miss)
             for i, leg in enumerate(legs)
         ]
         least = next(i for i in range(len(legs)) if no_better(min(costs), costs[i]))
-        figure6.take_over(least, copied)
+        figure6.take_over(least, options.flags == "copied")
         state = state.after(problem, legs[least], state.seen_at)
     return list(state.order)
 
@@ -227,8 +226,8 @@ def test_drawing_anew_needs_somebody_who_draws() -> None:
     options = GreedyOptions(particles="anew")
     with pytest.raises(NotApplicableError, match="anew"):
         greedy(problem, budget=Budget(2), rng=RNG, options=options)
+    fewer = problem.futures.take([0])
     with pytest.raises(InputError, match="1 particles drawn anew"):
-        fewer = problem.futures.take([0])
         greedy(problem, budget=Budget(2), rng=RNG, options=options, resample=lambda _: fewer)
 
 

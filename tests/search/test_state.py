@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from search_instances import random_problem
 
 from planner.search.plan import plan_of_legs
 from planner.search.state import SearchState, candidate_legs
+from search_instances import random_problem
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grid_instance import grid_futures, grid_problem
-from search_instances import flown, random_problem
 
+from grid_instance import grid_futures, grid_problem
 from planner.arrays import Floats
 from planner.detection.track import Sensor
 from planner.search.problem import Problem
 from planner.search.state import SearchState, candidate_legs
 from planner.search.what_if import Sightings, WhatIf
+from search_instances import flown, random_problem
 
 
 def random_state(problem: Problem, rng: np.random.Generator) -> SearchState:
