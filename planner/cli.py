@@ -3,16 +3,20 @@
 import argparse
 import json
 import logging
+import os
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
 
 from planner.clock import seconds
 from planner.errors import PlannerError
+from planner.stopping import stopped_by_signals
 
 Command = Callable[[argparse.Namespace], int]
 
-INTERRUPTED = 130  # what shells call a program that Ctrl-C ended
+BAD_INPUT = 2
 
 DESCRIPTION = """\
 Plan in which order a drone flies the roads to find a vehicle soonest on average.
@@ -34,28 +38,69 @@ examples:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code: 0 well, 2 bad input, 130 interrupted."""
-    arguments = _parser().parse_args(argv)
-    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(arguments.verbose, 2)]
-    logging.basicConfig(level=level, format="planner: %(message)s", stream=sys.stderr)
-    logging.getLogger("matplotlib").setLevel(logging.WARNING)
+    """Run one command and return its exit code: 0 well, 2 bad input.
+
+    The process ends with 130 if Ctrl-C stops it.
+    """
+    with stopped_by_signals():
+        arguments = _parser().parse_args(argv)
+        with _log_lines(arguments.verbose):
+            try:
+                run: Command = arguments.run
+                code = run(arguments)
+                if sys.stdout is not None:  # it may have been closed from the start
+                    sys.stdout.flush()
+                return code
+            except BrokenPipeError:
+                return _unread()
+            except (PlannerError, OSError, MemoryError) as error:
+                return _refused(error)
+
+
+def _refused(error: Exception) -> int:
+    """Tell what is wrong, a line for each fault."""
+    if isinstance(error, MemoryError):
+        lines = [f"out of memory ({error or 'no more is free'}); try fewer particles or targets"]
+    elif isinstance(error, OSError):
+        lines = [f"{error.filename or 'standard output'}: {error.strerror or error}"]
+    else:
+        lines = str(error).splitlines()
+    for line in lines:
+        print(f"planner: {line}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _unread() -> int:
+    """Nobody reads on, as with ``| head``: end without a word, also when Python flushes."""
+    sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
+    return 128 + 13
+
+
+@contextmanager
+def _log_lines(verbose: int) -> Iterator[None]:
+    """Write the package's own log to stderr."""
+    log = logging.getLogger("planner")
+    lines = logging.StreamHandler()
+    lines.setFormatter(logging.Formatter("planner: %(message)s"))
+    log.addHandler(lines)
+    log.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])
     try:
-        run: Command = arguments.run
-        return run(arguments)
-    except PlannerError as error:
-        for line in str(error).splitlines():
-            print(f"planner: {line}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("planner: stopped; nothing is half-written", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        return INTERRUPTED
+        yield
+    finally:
+        log.removeHandler(lines)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as all else here does."""
+
+    def error(self, message: str) -> NoReturn:
+        command = self.prog.removeprefix("planner").strip()
+        told = f"{command}: {message}" if command else message
+        self.exit(BAD_INPUT, f"planner: {told}; {self.prog} --help tells more\n")
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="planner",
         description=DESCRIPTION,
         epilog=EXAMPLES,
@@ -106,8 +151,10 @@ def _add_scenario(parser: argparse.ArgumentParser) -> None:
         help="a scenario.toml, its folder, the name of a shipped one (grid5x5, figure3, ...), "
         "or the run.json of an earlier run",
     )
-    parser.add_argument("-n", "--net-file", metavar="FILE", help="another SUMO net (.net.xml)")
-    parser.add_argument("-s", "--seed", type=int, help="seed of all random draws")
+    parser.add_argument(
+        "-n", "--net-file", type=_path, metavar="FILE", help="another SUMO net (.net.xml)"
+    )
+    parser.add_argument("-s", "--seed", type=_seed, help="seed of all random draws")
     parser.add_argument("--preset", metavar="NAME", help="one of the scenario's [presets.NAME]")
     parser.add_argument(
         "--set",
@@ -134,7 +181,9 @@ def _add_targets(parser: argparse.ArgumentParser, *, default: int) -> None:
 def _add_build(commands: Any) -> None:
     parser = _command(commands, "build", "build the scenario's network with netconvert")
     _add_scenario(parser)
-    parser.add_argument("-o", "--output", metavar="FILE", help="write the .net.xml here as well")
+    parser.add_argument(
+        "-o", "--output", type=_path, metavar="FILE", help="write the .net.xml here as well"
+    )
 
 
 def _add_futures(commands: Any) -> None:
@@ -145,7 +194,9 @@ def _add_futures(commands: Any) -> None:
         "Writes futures.parquet and particles.parquet.",
     )
     _add_scenario(parser)
-    parser.add_argument("-o", "--output", metavar="DIR", help="write the files here as well")
+    parser.add_argument(
+        "-o", "--output", type=_path, metavar="DIR", help="write the files here as well"
+    )
     parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
 
 
@@ -155,7 +206,9 @@ def _add_where(commands: Any) -> None:
     parser.add_argument(
         "--at", type=_seconds, required=True, metavar="TIME", help="seconds or H:M:S"
     )
-    parser.add_argument("-o", "--output", metavar="DIR", help="write where.csv and where.png here")
+    parser.add_argument(
+        "-o", "--output", type=_path, metavar="DIR", help="write where.csv and where.png here"
+    )
     parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
 
 
@@ -168,12 +221,13 @@ def _add_plan(commands: Any) -> None:
         "(the path as an overlay: sumo-gui -n NET -a plan.add.xml).",
     )
     _add_scenario(parser)
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder of the run")
+    parser.add_argument("-o", "--output", type=_path, metavar="DIR", help="folder of the run")
     parser.add_argument(
         "--method", default="greedy", metavar="NAME", help="see compare (default: %(default)s)"
     )
     parser.add_argument(
         "--futures",
+        type=_path,
         metavar="FILE",
         help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML or Parquet)",
     )
@@ -191,7 +245,9 @@ def _add_fly(commands: Any) -> None:
         "fly a plan against true targets",
         "Writes flights.csv into the run's folder.",
     )
-    parser.add_argument("directory", metavar="DIR", help="folder of a run that `plan` wrote")
+    parser.add_argument(
+        "directory", type=_path, metavar="DIR", help="folder of a run that `plan` wrote"
+    )
     _add_targets(parser, default=1000)
     parser.add_argument(
         "--route", metavar="EDGES", help='one target with this route, as "r0c0-r0c1 r0c1-r1c1 ..."'
@@ -202,11 +258,10 @@ def _add_fly(commands: Any) -> None:
     parser.add_argument(
         "--target-offset",
         type=float,
-        default=0.0,
         metavar="M",
         help="metres on its first edge where it starts, with --route (default: 0)",
     )
-    parser.add_argument("-s", "--seed", type=int, help="seed of the targets")
+    parser.add_argument("-s", "--seed", type=_seed, help="seed of the targets")
     parser.add_argument("-j", "--jobs", type=_count, metavar="N", help="processes that run SUMO")
     parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
 
@@ -218,7 +273,7 @@ def _add_compare(commands: Any) -> None:
         "compare all methods on the same futures and the same fresh targets",
     )
     _add_scenario(parser)
-    parser.add_argument("-o", "--output", metavar="FILE", help="write the table as CSV")
+    parser.add_argument("-o", "--output", type=_path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
     _add_targets(parser, default=4000)
 
@@ -235,9 +290,23 @@ def _seconds(text: str) -> float:
 
 
 def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"should be a whole number from 1 on, not {text!r}")
+    return _whole_number(text, 1)
+
+
+def _seed(text: str) -> int:
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not (text.isascii() and text.isdecimal() and len(text) < 19 and int(text) >= least):
+        raise argparse.ArgumentTypeError(f"should be a whole number from {least} on, not {text!r}")
     return int(text)
+
+
+def _path(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("is empty; name a file or a folder")
+    return Path(text)
 
 
 def print_json(content: Any) -> None:

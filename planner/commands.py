@@ -14,11 +14,11 @@ from typing import Any
 from planner.belief.opening import Opened, open_scenario
 from planner.cli import print_json
 from planner.detection.evaluation import evaluate
-from planner.errors import InputError, NotApplicableError
+from planner.errors import InputError, NotApplicableError, OutputError
 from planner.files import results_written_whole, written_whole
 from planner.futures.store import KNOTS, PARTICLES, Recording, read_recording
 from planner.mission.fly import fly as fly_plan
-from planner.mission.plan_file import figures, plan_content, read_plan
+from planner.mission.plan_file import plan_content
 from planner.mission.preparation import Recorder, make_plan, problem_of
 from planner.provenance import provenance
 from planner.report import run_files, tables
@@ -31,12 +31,13 @@ log = logging.getLogger(__name__)
 
 def build(arguments: argparse.Namespace) -> int:
     """Build the network and tell what it is."""
-    network = _open(arguments).network
-    if arguments.output:
-        with written_whole(Path(arguments.output)) as path:
+    with ExitStack() as stack:
+        path = _output_file(stack, arguments, force=True)
+        network = _open(arguments).network
+        if path is not None:
             shutil.copyfile(network.path, path)
     told = {
-        "net": arguments.output or str(network.path),
+        "net": str(arguments.output or network.path),
         "sha256": network.sha256,
         "nodes": len(network.node_ids),
         "roads": len(network.road_ids),
@@ -48,15 +49,14 @@ def build(arguments: argparse.Namespace) -> int:
 
 def futures(arguments: argparse.Namespace) -> int:
     """Record the particles' futures and tell what they are."""
-    opened = _open(arguments)
     with ExitStack() as stack:
         folder = _output(stack, arguments, (KNOTS, PARTICLES))
-        recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+        recording = _recording(arguments, _open(arguments), "recording futures", Recorder.planning)
         path = recording.path
         if folder is not None:
             for name in (KNOTS, PARTICLES):
                 shutil.copyfile(path.with_name(name), folder / name)
-            path = Path(arguments.output) / KNOTS
+            path = arguments.output / KNOTS
     told = {
         "futures": str(path),
         "particles": len(recording.futures),
@@ -72,31 +72,41 @@ def where(arguments: argparse.Namespace) -> int:
     """Tell where the target may be at a time."""
     from planner.futures.state_at import by_road, state_at
 
-    opened = _open(arguments)
     with ExitStack() as stack:
         folder = _output(stack, arguments, run_files.WHERE)
+        opened = _open(arguments)
+        _refuse_time(arguments.at, opened)
         recording = _recording(arguments, opened, "recording futures", Recorder.planning)
         state = state_at(recording.futures, opened.network, arguments.at)
         roads = by_road(state, opened.network)
         if folder is not None:
             run_files.write_where(folder, opened, state, roads)
+    elsewhere = state.elsewhere_probability
     told = {
         "time_s": arguments.at,
-        "elsewhere_probability": state.elsewhere_probability,
+        "elsewhere_probability": elsewhere,
         "roads": [vars(road) for road in roads],
     }
-    elsewhere = state.elsewhere_probability
     table = tables.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
     _tell(arguments, told, [table])
     return 0
 
 
+def _refuse_time(time_s: float, opened: Opened) -> None:
+    horizon_s = opened.scenario.search.horizon_s
+    if not 0 <= time_s <= horizon_s:
+        raise InputError(
+            f"--at {time_s:g}: futures are recorded from 0 to {horizon_s:g} s; choose "
+            "a time in between, or a later search.horizon_s"
+        )
+
+
 def plan(arguments: argparse.Namespace) -> int:
     """Plan a search, evaluate it on fresh targets, and write the run."""
-    opened, method = _open(arguments), method_named(arguments.method)
-    watch = _Watch()
+    method, watch = method_named(arguments.method), _Watch()
     with ExitStack() as stack:
         folder = _output(stack, arguments, run_files.RUN)
+        opened = _open(arguments)
         recording = _planning_recording(arguments, opened)
         watch.lap("futures")
         made, row, content = _planned(arguments, opened, method, recording, watch)
@@ -115,45 +125,45 @@ def plan(arguments: argparse.Namespace) -> int:
     shown += [hint] if hint and same_belief and not arguments.futures else []
     shown += [f"written to {arguments.output}"] if arguments.output else []
     told = {key: content[key] for key in ("method", "planned", "evaluated")}
-    _tell(arguments, told | {"directory": arguments.output}, shown)
+    told["directory"] = arguments.output and str(arguments.output)
+    _tell(arguments, told, shown)
     return 0
 
 
 def fly(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
-    folder = Path(arguments.directory)
-    opened = open_scenario(folder / run_files.PROVENANCE)
-    stored = read_plan(folder / run_files.PLAN, opened.network)
+    arguments.output = arguments.directory
+    opened, stored = run_files.open_run(arguments.directory)
     with ExitStack() as stack:
-        arguments.output = arguments.directory
-        new = _output(stack, arguments, (run_files.FLIGHTS,))
-        assert new is not None
+        folder = _output(stack, arguments, (run_files.FLIGHTS,))
+        assert folder is not None
         recording = _truths(arguments, opened)
         record = fly_plan(stored.plan, recording.futures, stored.sensor, horizon_s=stored.horizon_s)
-        run_files.write_flights(new / run_files.FLIGHTS, recording, record)
-    evaluation = record.evaluation
-    told = figures(evaluation) | {"targets": len(recording.futures)}
-    path = folder / run_files.FLIGHTS
-    shown: list[Any] = [tables.flights_table(evaluation), f"written to {path}"]
-    if arguments.route:
+        run_files.write_flights(folder / run_files.FLIGHTS, recording, record)
+    path = arguments.directory / run_files.FLIGHTS
+    told = run_files.flight_figures(record) | {"flights": str(path)}
+    shown: list[Any] = [tables.flights_table(record.evaluation), f"written to {path}"]
+    if arguments.route is not None:
         shown[0] = run_files.mission_line(record)
-        told["found"] = bool(evaluation.found[0])
-    _tell(arguments, told | {"flights": str(path)}, shown)
+        told["found"] = bool(record.evaluation.found[0])
+    _tell(arguments, told, shown)
     return 0
 
 
 def compare(arguments: argparse.Namespace) -> int:
     """Compare all methods on the same futures and the same fresh targets."""
-    opened = _open(arguments)
-    recording = _recording(arguments, opened, "recording futures", Recorder.planning)
-    fresh = _evaluation_recording(arguments, opened)
-    rows = []
-    with progress("methods") as told_progress:
-        for done, method in enumerate(METHODS):
-            told_progress(done, len(METHODS))
-            rows.append(_row(arguments, opened, method, recording, fresh))
-    if arguments.output:
-        run_files.write_compare(Path(arguments.output), rows, force=arguments.force)
+    with ExitStack() as stack:
+        path = _output_file(stack, arguments, force=arguments.force)
+        opened = _open(arguments)
+        recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+        fresh = _evaluation_recording(arguments, opened)
+        rows = []
+        with progress("methods") as told_progress:
+            for done, method in enumerate(METHODS):
+                told_progress(done, len(METHODS))
+                rows.append(_row(arguments, opened, method, recording, fresh))
+        if path is not None:
+            run_files.write_compare(path, rows)
     told = [run_files.compare_cells(row) for row in rows]
     title = f"{opened.scenario.name}: {len(fresh.futures):,} fresh targets"
     shown: list[Any] = [tables.compare_table(rows, title), *tables.reasons(rows)]
@@ -192,8 +202,8 @@ def _open(arguments: argparse.Namespace) -> Opened:
         overrides.append(f"search.seed={arguments.seed}")
     if getattr(arguments, "tick", None) is not None:
         overrides.append(f"greedy.tick_s={arguments.tick}")
-    if arguments.net_file:
-        net = str(Path(arguments.net_file).resolve())
+    if arguments.net_file is not None:
+        net = str(arguments.net_file.resolve())
         overrides.append(f"network={{ net = {_toml_text(net)} }}")
     return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
 
@@ -203,10 +213,21 @@ def _toml_text(text: str) -> str:
 
 
 def _output(stack: ExitStack, arguments: argparse.Namespace, names: Iterable[str]) -> Path | None:
-    if not arguments.output:
+    """Return a folder for new files, which move to the output when the stack closes."""
+    if arguments.output is None:
         return None
-    folder = Path(arguments.output)
-    return stack.enter_context(results_written_whole(folder, tuple(names), force=arguments.force))
+    whole = results_written_whole(arguments.output, tuple(names), force=arguments.force)
+    return stack.enter_context(whole)
+
+
+def _output_file(stack: ExitStack, arguments: argparse.Namespace, *, force: bool) -> Path | None:
+    """Return a file that takes the place of the output when the stack closes."""
+    path: Path | None = arguments.output
+    if path is None:
+        return None
+    if path.exists() and not force:
+        raise OutputError(f"{path}: is there already; name another file, or --force to replace it")
+    return stack.enter_context(written_whole(path))
 
 
 def _recording(
@@ -220,8 +241,13 @@ def _recording(
 
 
 def _planning_recording(arguments: argparse.Namespace, opened: Opened) -> Recording:
-    if arguments.futures:
-        return read_recording(Path(arguments.futures), opened.network)
+    if arguments.futures is not None:
+        if opened.scenario.greedy.particles == "anew":
+            raise InputError(
+                'greedy.particles: "anew" draws from the belief at every step, which --futures '
+                'takes the place of; use "once"'
+            )
+        return read_recording(arguments.futures, opened.network)
     return _recording(arguments, opened, "recording futures", Recorder.planning)
 
 
@@ -233,16 +259,20 @@ def _evaluation_recording(arguments: argparse.Namespace, opened: Opened) -> Reco
 
 
 def _truths(arguments: argparse.Namespace, opened: Opened) -> Recording:
-    route, speed_mps = arguments.route, arguments.target_speed
-    if bool(route) != (speed_mps is not None):
-        raise InputError("--route and --target-speed go together: give both or neither")
+    route, speed_mps, offset_m = arguments.route, arguments.target_speed, arguments.target_offset
+    if (route is None) != (speed_mps is None) or (route is None and offset_m is not None):
+        raise InputError(
+            "--route: goes with --target-speed, and --target-offset with both; "
+            "give a route and a speed, or none of the three"
+        )
+    seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
 
     def record(recorder: Recorder) -> Recording:
-        if route:
-            offset_m = arguments.target_offset
-            return recorder.predefined(route.split(), speed_mps=speed_mps, offset_m=offset_m)
-        seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
-        return recorder.truths(arguments.targets, seed=seed)
+        if route is None:
+            return recorder.truths(arguments.targets, seed=seed)
+        return recorder.predefined(
+            route.split(), speed_mps=speed_mps, offset_m=offset_m or 0.0, seed=seed
+        )
 
     return _recording(arguments, opened, "recording true targets", record)
 

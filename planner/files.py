@@ -4,10 +4,12 @@ import os
 import shutil
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from planner.errors import OutputError
+from planner.stopping import undone_if_stopped
 
 
 @contextmanager
@@ -17,63 +19,28 @@ def written_whole(path: Path) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        If the folder cannot be written or the disk is full.
+        If the folder cannot be written, the disk is full, or ``path`` is a folder or a device.
     """
-    temporary: str | None = None
-    try:
+    with _told_of(path):
+        if path.exists() and not path.is_file():
+            raise OutputError(f"{path}: is not a file that can be replaced; choose another name")
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.name)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.name)
         os.close(handle)
-        yield Path(temporary)
-        Path(temporary).chmod(0o666 & ~_umask())
-        Path(temporary).replace(path)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be written ({error.strerror or error}); choose another folder "
-            "or make room"
-        ) from error
-    finally:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
+        temporary = Path(name)
+        with undone_if_stopped(temporary.unlink):
+            try:
+                yield temporary
+                temporary.chmod(0o666 & ~_umask())
+                temporary.replace(path)
+            finally:
+                temporary.unlink(missing_ok=True)
 
 
 @contextmanager
-def folder_written_whole(path: Path) -> Iterator[Path]:
-    """Give a temporary folder that takes the place of ``path`` when the block ends well.
-
-    A folder already at ``path`` is replaced; two processes making the same one do no harm, the
-    first one's stays.
-
-    Raises
-    ------
-    OutputError
-        If the folder cannot be written or the disk is full.
-    """
-    temporary: str | None = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = tempfile.mkdtemp(dir=path.parent, prefix=".")
-        Path(temporary).chmod(0o777 & ~_umask())
-        yield Path(temporary)
-        if path.exists():
-            shutil.rmtree(path)
-        try:
-            Path(temporary).rename(path)
-        except OSError:
-            if not path.is_dir():
-                raise
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be written ({error.strerror or error}); choose another folder "
-            "or make room"
-        ) from error
-    finally:
-        if temporary is not None:
-            shutil.rmtree(temporary, ignore_errors=True)
-
-
-@contextmanager
-def results_written_whole(folder: Path, names: Collection[str], *, force: bool) -> Iterator[Path]:
+def results_written_whole(
+    folder: Path, names: Collection[str] = (), *, force: bool
+) -> Iterator[Path]:
     """Give an empty folder whose files move into ``folder`` together when the block ends well.
 
     Parameters
@@ -89,24 +56,52 @@ def results_written_whole(folder: Path, names: Collection[str], *, force: bool) 
         If the folder holds another run, cannot be written, or the disk is full. The first two
         are told before the block begins.
     """
-    earlier = [name for name in sorted(names) if (folder / name).exists()]
-    if earlier and not force:
-        raise OutputError(
-            f"{folder}: holds another run ({earlier[0]}); choose another folder, "
-            "or --force to overwrite it"
-        )
+    with _told_of(folder):
+        earlier = {name for name in names if (folder / name).exists()}
+        if earlier and not force:
+            raise OutputError(
+                f"{folder}: holds {min(earlier)} of another run; choose another folder, "
+                "or --force to overwrite it"
+            )
+        with _made(folder), tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:
+            new = Path(temporary)
+            with undone_if_stopped(partial(shutil.rmtree, new)):
+                yield new
+                files = sorted(new.iterdir())
+                for file in files:
+                    file.replace(folder / file.name)
+                for name in earlier - {file.name for file in files}:
+                    (folder / name).unlink()
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Make a folder, which goes again if it is still empty when the block fails."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+
+    def undo() -> None:
+        with suppress(OSError):
+            for path in missing:
+                path.rmdir()
+
+    folder.mkdir(parents=True, exist_ok=True)
+    with undone_if_stopped(undo):
+        try:
+            yield
+        except BaseException:
+            undo()
+            raise
+
+
+@contextmanager
+def _told_of(path: Path) -> Iterator[None]:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:
-            yield Path(temporary)
-            for name in earlier:
-                (folder / name).unlink()
-            for file in sorted(Path(temporary).iterdir()):
-                file.replace(folder / file.name)
+        yield
     except OSError as error:
+        ours = path.is_relative_to(cache_folder())
+        remedy = "set PLANNER_CACHE to another folder" if ours else "choose another folder"
         raise OutputError(
-            f"{folder}: cannot be written ({error.strerror or error}); choose another folder "
-            "or make room"
+            f"{path}: cannot be written ({error.strerror or error}); {remedy} or make room"
         ) from error
 
 

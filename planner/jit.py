@@ -29,5 +29,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def compiled(function: F) -> F:
     """Return ``function`` compiled to machine code on first call, and kept on disk."""
-    decorate: Callable[[F], F] = numba.njit(cache=True, nogil=True, error_model="numpy")
-    return decorate(function)
+    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
+    made: F = decorate(function)
+    return made

@@ -1,17 +1,18 @@
 """Particles are driven through SUMO and become futures."""
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
-from planner.errors import SumoError
 from planner.futures.futures import Futures
 from planner.futures.knots import Routes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
+from planner.futures.workers import in_processes
 from planner.network.road_network import RoadNetwork
 
 log = logging.getLogger(__name__)
@@ -47,11 +48,12 @@ def record(
     Raises
     ------
     SumoError
-        With SUMO's own message.
+        With SUMO's own message, or if a process that runs it dies.
     """
     batches = _batches(network, particles)
     parts: list[Futures] = []
-    for part in _in_processes(network, particles, batches, horizon_s, workers):
+    drive = partial(record_batch, network, particles, horizon_s=horizon_s)
+    for part in in_processes(drive, batches, workers=workers):
         parts.append(part)
         if progress is not None:
             progress(sum(map(len, parts)), len(particles))
@@ -79,34 +81,8 @@ def _batches(network: RoadNetwork, particles: Particles) -> list[Offsets]:
     return [np.arange(i, min(i + size, len(particles))) for i in range(0, len(particles), size)]
 
 
-def _in_processes(
-    network: RoadNetwork,
-    particles: Particles,
-    batches: Sequence[Offsets],
-    horizon_s: float,
-    workers: int | None,
-) -> Iterator[Futures]:
-    import joblib
-
-    count = min(workers or joblib.cpu_count(), len(batches))
-    work = (joblib.delayed(record_batch)(network, particles, batch, horizon_s) for batch in batches)
-    try:
-        yield from joblib.Parallel(n_jobs=count, return_as="generator")(work)
-    except KeyboardInterrupt:
-        _stop_workers()
-        raise
-    except joblib.externals.loky.process_executor.TerminatedWorkerError as error:
-        raise SumoError(f"a process that ran SUMO was killed ({error}); run it again") from error
-
-
-def _stop_workers() -> None:
-    from joblib.externals.loky import get_reusable_executor
-
-    get_reusable_executor().shutdown(wait=False, kill_workers=True)
-
-
 def record_batch(
-    network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float
+    network: RoadNetwork, particles: Particles, batch: Offsets, *, horizon_s: float
 ) -> Futures:
     """Return the futures of some particles, out of one SUMO run; weights are not theirs yet."""
     run = _run(network, particles, batch, horizon_s)

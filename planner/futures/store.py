@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.belief.particles import Particles
 from planner.errors import InputError
-from planner.files import cache_folder, folder_written_whole
+from planner.files import cache_folder, results_written_whole
 from planner.futures.fcd import read_samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
@@ -60,7 +60,7 @@ def recorded(
         futures = record(
             network, particles, horizon_s=horizon_s, workers=workers, progress=progress
         )
-        with folder_written_whole(folder) as new:
+        with results_written_whole(folder, force=True) as new:
             write_recording(new, futures, particles, network, described)
     return read_recording(folder / KNOTS, network)
 

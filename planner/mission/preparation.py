@@ -46,10 +46,15 @@ class Recorder:
         """Return true targets for missions, independent draws under a seed of their own."""
         return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
 
-    def predefined(self, route: Sequence[str], *, speed_mps: float, offset_m: float) -> Recording:
-        """Return one true target with a given route, as in Section 5 of the paper."""
+    def predefined(
+        self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
+    ) -> Recording:
+        """Return one true target with a given route, as in Section 5 of the paper.
+
+        The seed is that of SUMO's driver.
+        """
         prior, network = self.opened.truth_prior, self.opened.network
-        rng = stream(self.opened.scenario.search.seed, "truth")
+        rng = stream(seed, "truth")
         target = predefined(network, prior, route, rng, speed_mps=speed_mps, offset_m=offset_m)
         return recorded(
             network,
@@ -57,6 +62,7 @@ class Recorder:
             horizon_s=self.opened.scenario.search.horizon_s,
             scenario={"route": list(route)},
             workers=self.workers,
+            progress=self.progress,
         )
 
     def _drawn(

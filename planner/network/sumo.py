@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError, SumoError
+from planner.stopping import undone_if_stopped
 
 log = logging.getLogger(__name__)
 
@@ -83,21 +84,23 @@ def netconvert(options: Sequence[str], *, subject: str) -> None:
     """
     sumo_environment()
     try:
-        done = subprocess.run(
+        running = subprocess.Popen(
             [str(binary("netconvert")), *options],
-            capture_output=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             text=True,
             errors="replace",
-            check=False,
         )
+        with undone_if_stopped(running.kill):
+            said = running.communicate()[1]
     except OSError as error:
         raise SumoError(f"netconvert cannot be run: {error.strerror or error}") from error
-    if done.returncode < 0:
-        raise SumoError(f"netconvert died of signal {-done.returncode} on {subject}")
-    if done.returncode > 0:
-        raise InputError(f"{subject}: netconvert refuses it: {_reason(done.stderr)}")
-    if done.stderr.strip():
-        log.debug("netconvert on %s: %s", subject, done.stderr.strip())
+    if running.returncode < 0:
+        raise SumoError(f"netconvert died of signal {-running.returncode} on {subject}")
+    if running.returncode > 0:
+        raise InputError(f"{subject}: netconvert refuses it: {_reason(said)}")
+    if said.strip():
+        log.debug("netconvert on %s: %s", subject, said.strip())
 
 
 def parse_net(path: Path) -> Any:

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from planner.belief.opening import Opened
-from planner.errors import OutputError
+from planner.belief.opening import Opened, open_scenario
+from planner.errors import InputError
 from planner.files import written_whole
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
-from planner.mission.plan_file import figures, write_plan
+from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
 from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
+from planner.report.intervals import found_intervals
 from planner.report.overlay import write_overlay
 from planner.report.picture import plan_picture, where_picture
 from planner.report.tables import MethodRow
@@ -50,6 +51,26 @@ def write_run(
         f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
     }
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
+
+
+def open_run(folder: Path) -> tuple[Opened, StoredPlan]:
+    """Return the scenario of a run as it was planned for, and the plan.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no run, its files are broken, or its network is another one now.
+    """
+    record = folder / PROVENANCE
+    if not record.is_file():
+        raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
+    opened = open_scenario(record)
+    sha256 = json.loads(record.read_text(encoding="utf-8")).get("sha256")
+    if not isinstance(sha256, dict) or sha256.get("net") != opened.network.sha256:
+        raise InputError(
+            f"{record}: the plan was made on another network than there is now; plan again"
+        )
+    return opened, read_plan(folder / PLAN, opened.network)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -101,6 +122,16 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
     _write_csv(path, rows)
 
 
+def flight_figures(record: MissionRecord) -> dict[str, Any]:
+    """Return what flights achieved, with 95 % intervals, as plain data."""
+    found, before = found_intervals(record.evaluation)
+    return figures(record.evaluation) | {
+        "detection_probability_ci95": list(found),
+        "found_before_goal_probability_ci95": list(before),
+        "targets": len(record.evaluation.weight),
+    }
+
+
 def mission_line(record: MissionRecord) -> str:
     """Return what happened in the mission against the first target, in words."""
     evaluation = record.evaluation
@@ -127,16 +158,8 @@ def write_where(folder: Path, opened: Opened, state: State, roads: Sequence[Road
     where_picture(folder / WHERE[1], opened.network, state, title=opened.scenario.title)
 
 
-def write_compare(path: Path, rows: Iterable[MethodRow], *, force: bool) -> None:
-    """Write the table of methods as CSV.
-
-    Raises
-    ------
-    OutputError
-        If the file is there already and ``force`` is not given.
-    """
-    if path.exists() and not force:
-        raise OutputError(f"{path}: is there already; name another file, or --force to replace it")
+def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:
+    """Write the table of methods as CSV."""
     _write_csv(path, [compare_cells(row) for row in rows])
 
 

@@ -23,7 +23,8 @@ from planner.search.kernels_passages import PassageColumns, padded
 
 Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
 LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats]  # first_point, after_s, x_m, y_m
-Transits: TypeAlias = tuple[Floats, FlightColumns]  # rising bearing (m,), waypoints (2 m,) each
+# rising bearing (m,), waypoints (2 m,) each, direction as a unit vector (m, 2)
+Transits: TypeAlias = tuple[Floats, FlightColumns, Floats]
 Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
 Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
 Sensing: TypeAlias = tuple[float, float, float]  # radius, the UAV's and the fastest target's speed
@@ -85,21 +86,40 @@ def ring_reaches(
 
 
 @compiled
+def ring_passes(sensing: Sensing) -> float:
+    """Return how long the ring takes at most to pass over a particle, seconds.
+
+    Infinity if particles are about as fast as the UAV: then they may outrun the ring.
+    """
+    radius_m, speed_mps, fastest_mps = sensing
+    if fastest_mps >= 0.9 * speed_mps:
+        return np.inf
+    return 2.0 * padded(radius_m) / (speed_mps - fastest_mps)
+
+
+@compiled
 def ring_entry(
-    place: Place, futures: FuturesColumns, particle: int, sensing: Sensing
-) -> tuple[float, float, float]:
-    """Return when and where the ring around a transit's UAV first has a particle inside it.
+    place: Place, futures: FuturesColumns, particle: int, sensing: Sensing, passes_s: float
+) -> tuple[float, float, float, float]:
+    """Return when the ring around a transit's UAV has a particle inside it, and where that is.
 
     The ring has the UAV's distance from its origin as radius and is one detection radius wide on
-    both sides: where no transit, whatever its direction, can see the particle before. The place
-    is relative to the origin; the time is infinite for a particle that is gone before.
+    both sides: outside it no transit, whatever its direction, can see the particle.
+
+    Returns
+    -------
+    enter_s
+        When the ring first has the particle inside; infinity if it is gone before. The ring has
+        passed ``passes_s`` later.
+    x, y, reach_m
+        A disc, relative to the origin, outside which no UAV sees the particle meanwhile.
     """
     time_s, x_m, y_m, first_knot, gone = futures
     start_s, x0, y0 = place
     speed_mps, reach_m = sensing[1], padded(sensing[0])
     k, k_end = first_knot[particle], first_knot[particle + 1]
     if k == k_end:
-        return np.inf, 0.0, 0.0
+        return np.inf, 0.0, 0.0, 0.0
     high = k_end
     while high - k > 1:
         middle = (k + high) // 2
@@ -112,12 +132,20 @@ def ring_entry(
     now_s = max(start_s, time_s[k])
     while k + 1 < k_end and time_s[k + 1] <= now_s:
         k += 1
-    x, y, vx, vy, _ = piece_at((time_s, x_m, y_m), k, k_end, now_s)
+    x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, now_s)
     x, y, ring_m = x - x0, y - y0, reach_m + speed_mps * (now_s - start_s)
     after_s = ring_reaches((x, y), (vx, vy), ring_m, speed_mps)
     if gone[particle] and now_s + after_s > time_s[k_end - 1]:
-        return np.inf, 0.0, 0.0
-    return now_s + after_s, x + vx * after_s, y + vy * after_s
+        return np.inf, 0.0, 0.0, 0.0
+    if now_s + after_s + passes_s <= until_s:
+        half_s = after_s + 0.5 * passes_s
+        return (
+            now_s + after_s,
+            x + vx * half_s,
+            y + vy * half_s,
+            (reach_m + 0.5 * passes_s * np.sqrt(vx * vx + vy * vy)),
+        )
+    return now_s + after_s, x + vx * after_s, y + vy * after_s, reach_m + passes_s * sensing[2]
 
 
 @compiled
@@ -135,62 +163,92 @@ def rays_near(x: float, y: float, reach_m: float) -> tuple[float, float]:
 
 
 @compiled
+def meet_transits(
+    transits: Transits,
+    where: tuple[float, float, float, float, float, int],
+    seeing: tuple[FuturesColumns, int, tuple[float, float], float],
+    head: Ints,
+    chain: Chain,
+    count: int,
+) -> int:
+    """Add to the chains the transits that see a particle in a window; return the new count.
+
+    Looks only at transits whose ray comes near a disc and that have not arrived before. There
+    must be room for all of them. ``where`` holds the disc's centre and radius, the bearings from
+    which and how far on such rays lie, and the first of them.
+    """
+    bearings, waypoints, ways = transits
+    x, y, reach_m, low, wide, j = where
+    futures, particle, window, radius_m = seeing
+    for _ in range(len(bearings)):
+        if turn_from(low, bearings[j]) > wide:
+            break
+        near = abs(x * ways[j, 1] - y * ways[j, 0]) <= reach_m
+        if near and waypoints[0][2 * j + 1] >= window[0]:
+            points = (2 * j, 2 * j + 2)
+            seen = seen_in_flight(waypoints, points, futures, particle, window, radius_m)
+            if seen < np.inf:
+                chain[0][count], chain[1][count], chain[2][count] = head[j], particle, seen
+                head[j] = count
+                count += 1
+        j = j + 1 if j + 1 < len(bearings) else 0
+    return count
+
+
+@compiled
 def transit_sightings(
     place: Place, transits: Transits, unseen: Flags, futures: FuturesColumns, sensing: Sensing
-) -> tuple[Ints, Chain, Ints]:
-    """Return what each transit sees: its chain's head (-1: nothing), the chains, their lengths."""
-    bearings, waypoints = transits
-    radius_m, speed_mps, fastest_mps = sensing
+) -> tuple[Ints, Chain]:
+    """Return what each transit sees: the head of its chain (-1: nothing), and the chains."""
+    bearings, waypoints, _ = transits
     many = len(bearings)
-    head, lengths = np.full(many, -1, dtype=np.int32), np.zeros(many, dtype=np.int32)
-    chain = linked((np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0)), 0)
+    head = np.full(many, -1, dtype=np.int32)
+    chain: Chain = (np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
     count = 0
     over_s = -np.inf
     for j in range(many):
         over_s = max(over_s, waypoints[0][2 * j + 1])
-    # Only if the ring grows faster than particles move it passes each of them once, and quickly.
-    ring = fastest_mps < 0.9 * speed_mps
-    passes_s = 2.0 * padded(radius_m) / (speed_mps - fastest_mps) if ring else np.inf
-    window, low, wide = (place[0], over_s), -2.0, 4.0
+    passes_s = ring_passes(sensing)
+    enter_s, x, y, reach_m = place[0], 0.0, 0.0, np.inf
     for particle in range(len(unseen)):
         if not unseen[particle]:
             continue
-        if ring:
-            enter_s, x, y = ring_entry(place, futures, particle, sensing)
-            if enter_s > over_s:
-                continue
-            window = (enter_s, enter_s + passes_s)
-            low, wide = rays_near(x, y, padded(radius_m) + fastest_mps * passes_s)
+        if passes_s < np.inf:
+            enter_s, x, y, reach_m = ring_entry(place, futures, particle, sensing, passes_s)
+        if enter_s > over_s:
+            continue
+        low, wide = rays_near(x, y, reach_m)
         j = first_from(bearings, low, 0, many)
-        for _ in range(many):
-            if j == many:
-                j = 0
-            if turn_from(low, bearings[j]) > wide:
-                break
-            if waypoints[0][2 * j + 1] >= window[0]:
-                seen = seen_in_flight(
-                    waypoints, (2 * j, 2 * j + 2), futures, particle, window, radius_m
-                )
-                if seen < np.inf:
-                    chain = linked(chain, count)
-                    chain[0][count], chain[1][count], chain[2][count] = head[j], particle, seen
-                    head[j] = count
-                    lengths[j] += 1
-                    count += 1
-            j += 1
-    return head, chain, lengths
+        j = j if j < many else 0
+        if turn_from(low, bearings[j]) > wide:  # most particles lie on nobody's way
+            continue
+        if count + many > len(chain[0]):
+            chain = linked(chain, count + many)
+        where = (x, y, reach_m, low, wide, j)
+        seeing = (futures, particle, (enter_s, enter_s + passes_s), sensing[0])
+        count = meet_transits(transits, where, seeing, head, chain, count)
+    return head, chain
 
 
 @compiled
 def linked(chain: Chain, count: int) -> Chain:
-    """Return the chain with room for one more than ``count`` entries."""
-    following, particle, seen_at = chain
-    if count < len(particle):
-        return chain
-    room = 2 * count + 16
+    """Return the chain with room for ``count`` entries and as many again."""
+    room, many = 2 * count, len(chain[0])
     wide = (np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
-    wide[0][:count], wide[1][:count], wide[2][:count] = following, particle, seen_at
+    wide[0][:many], wide[1][:many], wide[2][:many] = chain
     return wide
+
+
+@compiled
+def lengths_of(head: Ints, chain: Chain) -> Ints:
+    """Return how many entries each chain has."""
+    lengths = np.zeros(len(head), dtype=np.int32)
+    for j in range(len(head)):
+        at = head[j]
+        while at >= 0:
+            lengths[j] += 1
+            at = chain[0][at]
+    return lengths
 
 
 @compiled

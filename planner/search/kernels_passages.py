@@ -110,11 +110,22 @@ def roads_by_cell(roads: Roads, radius_m: float) -> Cells:
 
 
 @compiled
+def segments_of(roads: Roads) -> Floats:
+    """Return start x, y, direction x, y and length of the road segment after each point, (P, 5)."""
+    _, x_m, y_m = roads
+    segments = np.zeros((len(x_m), 5))
+    for point in range(len(x_m) - 1):
+        ex, ey = x_m[point + 1] - x_m[point], y_m[point + 1] - y_m[point]
+        length = np.sqrt(ex * ex + ey * ey)
+        ex, ey = (ex / length, ey / length) if length > 0.0 else (1.0, 0.0)
+        segments[point, 0], segments[point, 1] = x_m[point], y_m[point]
+        segments[point, 2], segments[point, 3], segments[point, 4] = ex, ey, length
+    return segments
+
+
+@compiled
 def beside_segment(
-    piece: tuple[float, float, float, float, float],
-    roads: Roads,
-    point: int,
-    radius_m: float,
+    piece: tuple[float, float, float, float, float], segments: Floats, point: int, radius_m: float
 ) -> tuple[float, float]:
     """Return from and to, seconds into a piece of motion, when it may be near a road segment.
 
@@ -122,13 +133,13 @@ def beside_segment(
     the piece misses it. The last entry of ``piece`` is its duration.
     """
     x, y, vx, vy, lasts_s = piece
-    _, x_m, y_m = roads
-    ex, ey = x_m[point + 1] - x_m[point], y_m[point + 1] - y_m[point]
-    length = np.hypot(ex, ey)
-    ex, ey = (ex / length, ey / length) if length > 0.0 else (1.0, 0.0)
-    dx, dy = x - x_m[point], y - y_m[point]
-    from_s, to_s = inside(dx * ex + dy * ey, vx * ex + vy * ey, -radius_m, length + radius_m)
-    low_s, high_s = inside(dy * ex - dx * ey, vy * ex - vx * ey, -radius_m, radius_m)
+    dx, dy = x - segments[point, 0], y - segments[point, 1]
+    ex, ey = segments[point, 2], segments[point, 3]
+    from_s, to_s = inside(dy * ex - dx * ey, vy * ex - vx * ey, -radius_m, radius_m)
+    if from_s > lasts_s or to_s < 0.0:
+        return 1.0, 0.0
+    far_m = segments[point, 4] + radius_m
+    low_s, high_s = inside(dx * ex + dy * ey, vx * ex + vy * ey, -radius_m, far_m)
     return max(0.0, from_s, low_s), min(lasts_s, to_s, high_s)
 
 
@@ -168,48 +179,51 @@ def grown(records: Records) -> Records:
 def record_piece(
     piece: tuple[float, float, float, float, float, float],
     who: tuple[int, int],
-    world: tuple[Roads, Cells, float],
+    world: tuple[Floats, Cells, float],
     books: tuple[Ints, Ints],
     records: Records,
     count: int,
-) -> tuple[Records, int]:
+) -> int:
     """Write down one piece of a particle's motion beside every road that it passes.
 
-    Consecutive pieces beside the same road make one passage.
+    Consecutive pieces beside the same road make one passage. Returns the new count of records,
+    for which there must be room.
     """
     x, y, vx, vy, starts_s, lasts_s = piece
     particle, knot = who
-    roads, cells, radius_m = world
+    segments, cells, radius_m = world
     box, first, segment, owner = cells
     seen_segment, open_record = books
-    rests = 0 if lasts_s < np.inf else len(roads[0]) - 1
+    entries, from_s, to_s, of_particle, last_knot = records
+    rests = 0 if lasts_s < np.inf else len(open_record) // 2
     way_s = lasts_s if lasts_s < np.inf else 0.0
-    ends = (x + vx * way_s, y + vy * way_s)
-    a, b, c, d = cell_range(
-        box, (min(x, ends[0]), min(y, ends[1])), (max(x, ends[0]), max(y, ends[1]))
-    )
+    far_x, far_y = x + vx * way_s, y + vy * way_s
+    a, b, c, d = cell_range(box, (min(x, far_x), min(y, far_y)), (max(x, far_x), max(y, far_y)))
+    if a > b:
+        return count
     for row in range(c, d + 1):
-        for cell in range(row * box[3] + a, row * box[3] + b + 1):
-            for i in range(first[cell], first[cell + 1]):
-                if seen_segment[segment[i]] == knot + 1:
-                    continue
-                seen_segment[segment[i]] = knot + 1
-                from_s, to_s = beside_segment((x, y, vx, vy, lasts_s), roads, segment[i], radius_m)
-                if from_s > to_s:
-                    continue
-                book = owner[i] + rests
-                at = open_record[book]
-                if at < 0 or records[3][at] != particle or records[4][at] < knot - 1:
-                    if count == len(records[0]):
-                        records = grown(records)
-                    at = open_record[book] = count
-                    count += 1
-                    records[0][at], records[3][at] = book, particle
-                    records[1][at], records[2][at] = np.inf, -np.inf
-                records[1][at] = min(records[1][at], starts_s + from_s)
-                records[2][at] = max(records[2][at], starts_s + to_s)
-                records[4][at] = knot
-    return records, count
+        for i in range(first[row * box[3] + a], first[row * box[3] + b + 1]):
+            if seen_segment[segment[i]] == knot + 1:
+                continue
+            seen_segment[segment[i]] = knot + 1
+            begin_s, end_s = beside_segment((x, y, vx, vy, lasts_s), segments, segment[i], radius_m)
+            if begin_s > end_s:
+                continue
+            entry = owner[i] + rests
+            at = open_record[entry]
+            if at < 0 or of_particle[at] != particle or last_knot[at] < knot - 1:
+                at = open_record[entry] = count
+                count += 1
+                entries[at], of_particle[at], from_s[at], to_s[at] = (
+                    entry,
+                    particle,
+                    np.inf,
+                    -np.inf,
+                )
+            from_s[at] = min(from_s[at], starts_s + begin_s)
+            to_s[at] = max(to_s[at], starts_s + end_s)
+            last_knot[at] = knot
+    return count
 
 
 @compiled
@@ -218,18 +232,20 @@ def all_passages(
 ) -> tuple[Ints, Floats, Floats, Ints]:
     """Return every particle's passages along every road: list, from_s, to_s, particle."""
     time_s, x_m, y_m, first_knot, gone = futures
-    lists = 2 * (len(roads[0]) - 1)
+    many = len(roads[0]) - 1
     near_m = padded(radius_m)
-    world = (roads, roads_by_cell(roads, near_m), near_m)
-    books = (np.zeros(len(roads[1]), np.int32), np.full(lists, -1, np.int32))
-    records = room_for(2 * len(time_s) + 16)
+    world = (segments_of(roads), roads_by_cell(roads, near_m), near_m)
+    books = (np.zeros(len(roads[1]), np.int32), np.full(2 * many, -1, np.int32))
+    records = room_for(2 * len(time_s) + many)
     count = 0
     for particle in range(len(first_knot) - 1):
         k_end = first_knot[particle + 1]
         for k in range(first_knot[particle], k_end):
+            if count + many > len(records[0]):
+                records = grown(records)
             x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, time_s[k])
             if k + 1 == k_end and gone[particle]:
                 until_s = time_s[k]
             piece = (x, y, vx, vy, time_s[k], until_s - time_s[k])
-            records, count = record_piece(piece, (particle, k), world, books, records, count)
+            count = record_piece(piece, (particle, k), world, books, records, count)
     return records[0][:count], records[1][:count], records[2][:count], records[3][:count]

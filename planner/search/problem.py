@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.detection.objective import Objective
 from planner.detection.track import Sensor
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
@@ -22,6 +23,7 @@ class Uav:
     speed_mps: float
     altitude_m: float = 0.0  # carried through to flight plans
     max_flight_time_s: float = np.inf
+    return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
 
     @property
     def landing_s(self) -> float:
@@ -41,10 +43,25 @@ class Problem:
     uavs: tuple[Uav, ...]
     sensor: Sensor
     horizon_s: float  # a target not seen by then counts as this much
+    by_s: float | None = None  # None: least expected time; else most probably found by then
 
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
         return replace(self, **changes)
+
+    @property
+    def objective(self) -> Objective:
+        """What the search is for."""
+        return Objective(self.horizon_s, self.by_s)
+
+    @cached_property
+    def home_s(self) -> Floats:
+        """Seconds of flight from each node to where the UAV has to land, (V,); 0 if anywhere."""
+        home = self.uavs[0].return_to_m
+        if home is None:
+            return np.zeros(len(self.network.node_ids))
+        offset = self.network.node_xy_m - home
+        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) / self.uavs[0].speed_mps)
 
     @cached_property
     def legs(self) -> "Legs":

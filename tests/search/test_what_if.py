@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from grid_instance import grid_futures, grid_problem
+from instances import network_of_roads
 from planner.arrays import Floats
 from planner.detection.track import Sensor
-from planner.search.problem import Problem
+from planner.futures.futures import Futures
+from planner.search.problem import Problem, Uav
 from planner.search.state import SearchState, candidate_legs
 from planner.search.what_if import Sightings, WhatIf
 from search_instances import flown, random_problem
@@ -32,7 +34,7 @@ def expected(problem: Problem, state: SearchState) -> Floats:
     return np.where(np.isinf(state.seen_at), np.array(seen_at), np.inf)
 
 
-@pytest.mark.parametrize("speed_mps", [100.0, 20.0])
+@pytest.mark.parametrize("speed_mps", [100.0, 36.0, 20.0])
 @pytest.mark.parametrize("seed", range(24))
 def test_equal_to_the_detection_along_the_track(seed: int, speed_mps: float) -> None:
     problem = random_problem(seed)
@@ -137,3 +139,29 @@ def test_short_ticks_come_close_to_continuous_time() -> None:
         missed.append(np.mean(late > tick_s))
     assert missed[0] > missed[-1]
     assert missed[-1] < 0.002
+
+
+def test_transits_that_overtake_slowly_and_are_met_from_behind() -> None:
+    aside_m, turn = np.meshgrid(np.linspace(-1500.0, 600.0, 60), [0.02, 0.1, 0.3])
+    many = aside_m.size
+    lasts_s = 900.0
+    x_m = np.stack([np.full(many, 2000.0), 2000.0 + 30 * lasts_s * np.cos(turn.ravel())], axis=1)
+    y_m = np.stack([aside_m.ravel(), aside_m.ravel() + 30 * lasts_s * np.sin(turn.ravel())], axis=1)
+    futures = Futures(
+        time_s=np.tile([0.0, lasts_s], many),
+        x_m=x_m.ravel(),
+        y_m=y_m.ravel(),
+        edge=np.full(2 * many, -1),
+        first_knot=np.arange(many + 1) * 2,
+        weight=np.full(many, 1 / many),
+        gone=np.zeros(many, dtype=bool),
+    )
+    net = network_of_roads({"A": (60e3, 0.0), "B": (61e3, 0.0)}, [("AB", "A", "B")])
+    uavs = (Uav(0.0, 0.0, 0.0, 36.0),)
+    problem = Problem(net, futures, uavs, Sensor(500.0), horizon_s=5000.0)
+    state = SearchState.at_start(problem)
+    flights = WhatIf(problem).fly(state, np.array([0], dtype=np.int32))
+    seen_at = flown(problem, state, 0)
+    assert seen_at is not None
+    assert 20 < np.isfinite(seen_at).sum() < many
+    assert flights.seen(0, many) == pytest.approx(seen_at, abs=1e-6)

@@ -1,0 +1,34 @@
+"""What a search is for: the one place that says what a sighting at a time is worth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Either the least expected detection time, or the greatest probability of one by a time.
+
+    Both reward a sighting, the sooner the better: with ``horizon - t``, so that the greatest
+    expected reward is the least E[min(tau, horizon)]; or, if ``by_s`` is given, with 1 up to then.
+    """
+
+    horizon_s: float  # a target not seen by then counts as this much
+    by_s: float | None = None  # None: least expected time; else the deadline, seconds
+
+    def reward(self, seen_at: Floats) -> Floats:
+        """Return what sightings are worth, never negative; a miss (inf) is worth nothing."""
+        if self.by_s is not None:
+            return np.asarray(seen_at <= self.by_s, dtype=np.float64)
+        return np.maximum(0.0, self.horizon_s - seen_at)
+
+    @property
+    def ends_s(self) -> float:
+        """From when on no sighting is worth anything, seconds."""
+        return self.horizon_s if self.by_s is None else min(self.by_s, self.horizon_s)
+
+    def value(self, reward: float) -> float:
+        """Return the objective's own figure for an expected reward: seconds, or a probability."""
+        return reward if self.by_s is not None else self.horizon_s - reward

@@ -1,0 +1,200 @@
+"""Processes that do a stage's work: libsumo holds one simulation, and hears no Ctrl-C.
+
+A worker is a Python of its own that reads tasks from its input and writes answers to its output.
+It lies in a session of its own, so that Ctrl-C reaches the program alone, and it ends with the
+program, as its input does.
+"""
+
+import atexit
+import contextlib
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+from planner.errors import SumoError
+from planner.stopping import at_stop
+
+Task = TypeVar("Task")
+Answer = TypeVar("Answer")
+
+QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
+
+_idle: list["_Worker"] = []  # started earlier, to be used again
+_all: set["_Worker"] = set()
+
+
+def in_processes(
+    function: Callable[[Task], Answer], tasks: Sequence[Task], *, workers: int | None = None
+) -> Iterator[Answer]:
+    """Yield what a function returns for each task, in the tasks' order.
+
+    Parameters
+    ----------
+    function
+        Can be pickled; its own exceptions are raised here.
+    workers
+        How many processes; one per core if not given.
+
+    Raises
+    ------
+    SumoError
+        If a process dies.
+    """
+    team = _team(min(workers or cores(), len(tasks)))
+    free: SimpleQueue[_Worker] = SimpleQueue()
+
+    def done(task: Task) -> Answer:
+        worker = free.get()
+        try:
+            answer: Answer = worker.call(task)
+        finally:
+            free.put(worker)
+        return answer
+
+    try:
+        with ThreadPoolExecutor(len(team)) as threads, _killed_on_failure(team):
+            list(threads.map(lambda worker: worker.begin(function), team))
+            for worker in team:
+                free.put(worker)
+            yield from threads.map(done, tasks)
+    finally:
+        _idle.extend(worker for worker in team if worker in _all)
+
+
+def cores() -> int:
+    """Return how many processors this process may use."""
+    here = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else ()
+    count = len(here) or os.cpu_count() or 1
+    with contextlib.suppress(OSError, ValueError):
+        quota, period = QUOTA.read_text(encoding="ascii").split()
+        count = min(count, max(1, int(quota) // int(period)))
+    return count
+
+
+def dismiss() -> None:
+    """End all processes that wait for further work, or are at it."""
+    for worker in list(_all):
+        worker.kill()
+    _idle.clear()
+
+
+atexit.register(dismiss)
+at_stop(dismiss)
+
+
+def _team(size: int) -> list["_Worker"]:
+    waiting = [_idle.pop() for _ in range(min(size, len(_idle)))]
+    alive = [worker for worker in waiting if worker.alive]
+    for worker in set(waiting) - set(alive):
+        worker.kill()
+    return alive + [_Worker() for _ in range(size - len(alive))]
+
+
+@contextlib.contextmanager
+def _killed_on_failure(team: Sequence["_Worker"]) -> Iterator[None]:
+    """End all at once if one fails; otherwise the others would finish what they are at."""
+    try:
+        yield
+    except BaseException:
+        for worker in team:
+            worker.kill()
+        raise
+
+
+class _Worker:
+    """A process and a folder for its temporary files, which goes when it goes."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="planner-", ignore_cleanup_errors=True)
+        self._said = Path(self._folder.name) / "said.txt"
+        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)
+        with self._said.open("wb") as said:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _program()],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=said,
+                env={**os.environ, **here},
+                start_new_session=True,
+            )
+        _all.add(self)
+
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
+    def begin(self, function: Callable[[Any], Any]) -> None:
+        """Take up a function, in the place of an earlier one."""
+        self._exchange(function)
+
+    def call(self, task: Any) -> Any:
+        """Return the function's answer, or raise what it raises."""
+        well, answer = self._exchange((task,))
+        if well:
+            return answer
+        raise answer
+
+    def kill(self) -> None:
+        _all.discard(self)
+        self._process.kill()
+        self._process.wait()
+        self._folder.cleanup()
+
+    def _exchange(self, message: Any) -> Any:
+        asked, answered = self._process.stdin, self._process.stdout
+        assert asked is not None
+        assert answered is not None
+        try:
+            pickle.dump(message, asked, pickle.HIGHEST_PROTOCOL)
+            asked.flush()
+            return pickle.load(answered)
+        except (EOFError, OSError, pickle.UnpicklingError) as error:
+            raise SumoError(self._last_words()) from error
+
+    def _last_words(self) -> str:
+        code = self._process.wait()
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
+        lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
+        said = f": {lines[-1].strip()}" if lines else ""
+        return (
+            f"a process that runs SUMO {how}{said}; run it again, with fewer --jobs if memory "
+            "is short"
+        )
+
+
+def _program() -> str:
+    return f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve()"
+
+
+def serve() -> None:
+    """Answer tasks until the input ends; what a worker runs."""
+    # Whatever prints to standard output must not get in between answers.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    function: Callable[[Any], Any] | None = None
+    with contextlib.suppress(EOFError, BrokenPipeError):
+        while True:
+            message = pickle.load(sys.stdin.buffer)
+            if isinstance(message, tuple):
+                assert function is not None
+                answer = _answer(function, *message)
+            else:
+                function, answer = message, b""
+            answers.write(answer or pickle.dumps(None))
+            answers.flush()
+
+
+def _answer(function: Callable[[Any], Any], task: Any) -> bytes:
+    try:
+        return pickle.dumps((True, function(task)), pickle.HIGHEST_PROTOCOL)
+    except Exception as error:
+        error.add_note(traceback.format_exc())
+        return pickle.dumps((False, error))
