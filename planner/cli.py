@@ -6,7 +6,7 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -65,8 +65,9 @@ def _refused(error: Exception) -> int:
         lines = [f"{error.filename or 'standard output'}: {error.strerror or error}"]
     else:
         lines = str(error).splitlines()
-    for line in lines:
-        print(f"planner: {line}", file=sys.stderr)
+    with suppress(OSError):
+        for line in lines:
+            print(f"planner: {line}", file=sys.stderr)
     return BAD_INPUT
 
 
@@ -178,6 +179,17 @@ def _add_targets(parser: argparse.ArgumentParser, *, default: int) -> None:
     )
 
 
+def _add_objective(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--objective",
+        choices=("time", "probability"),
+        help="least expected detection time, or most probably found by --by",
+    )
+    parser.add_argument(
+        "--by", type=_seconds, metavar="TIME", help="the deadline, seconds or H:M:S since time 0"
+    )
+
+
 def _add_build(commands: Any) -> None:
     parser = _command(commands, "build", "build the scenario's network with netconvert")
     _add_scenario(parser)
@@ -223,7 +235,7 @@ def _add_plan(commands: Any) -> None:
     _add_scenario(parser)
     parser.add_argument("-o", "--output", type=_path, metavar="DIR", help="folder of the run")
     parser.add_argument(
-        "--method", default="greedy", metavar="NAME", help="see compare (default: %(default)s)"
+        "--method", default="best", metavar="NAME", help="see compare (default: %(default)s)"
     )
     parser.add_argument(
         "--futures",
@@ -233,6 +245,13 @@ def _add_plan(commands: Any) -> None:
     )
     parser.add_argument(
         "--tick", type=_seconds, metavar="S", help="greedy: detect at ticks of so many seconds"
+    )
+    _add_objective(parser)
+    parser.add_argument(
+        "--time-limit",
+        type=_seconds,
+        metavar="S",
+        help="stop the search after so many seconds, with the best plan so far",
     )
     _add_targets(parser, default=4000)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
@@ -275,6 +294,7 @@ def _add_compare(commands: Any) -> None:
     _add_scenario(parser)
     parser.add_argument("-o", "--output", type=_path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    _add_objective(parser)
     _add_targets(parser, default=4000)
 
 

@@ -2,11 +2,13 @@
 
 import argparse
 import logging
+import math
 import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,10 +18,11 @@ from planner.cli import print_json
 from planner.detection.evaluation import evaluate
 from planner.errors import InputError, NotApplicableError, OutputError
 from planner.files import results_written_whole, written_whole
+from planner.futures.futures import Futures
 from planner.futures.store import KNOTS, PARTICLES, Recording, read_recording
 from planner.mission.fly import fly as fly_plan
 from planner.mission.plan_file import plan_content
-from planner.mission.preparation import Recorder, make_plan, problem_of
+from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
 from planner.provenance import provenance
 from planner.report import run_files, tables
 from planner.report.progress import progress
@@ -138,7 +141,13 @@ def fly(arguments: argparse.Namespace) -> int:
         folder = _output(stack, arguments, (run_files.FLIGHTS,))
         assert folder is not None
         recording = _truths(arguments, opened)
-        record = fly_plan(stored.plan, recording.futures, stored.sensor, horizon_s=stored.horizon_s)
+        record = fly_plan(
+            stored.plan,
+            recording.futures,
+            stored.sensor,
+            horizon_s=stored.horizon_s,
+            by_s=stored.by_s,
+        )
         run_files.write_flights(folder / run_files.FLIGHTS, recording, record)
     path = arguments.directory / run_files.FLIGHTS
     told = run_files.flight_figures(record) | {"flights": str(path)}
@@ -200,12 +209,23 @@ def _open(arguments: argparse.Namespace) -> Opened:
     overrides = list(arguments.set)
     if arguments.seed is not None:
         overrides.append(f"search.seed={arguments.seed}")
+    overrides += _objective_overrides(arguments)
     if getattr(arguments, "tick", None) is not None:
         overrides.append(f"greedy.tick_s={arguments.tick}")
     if arguments.net_file is not None:
         net = str(arguments.net_file.resolve())
         overrides.append(f"network={{ net = {_toml_text(net)} }}")
     return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
+
+
+def _objective_overrides(arguments: argparse.Namespace) -> list[str]:
+    objective, by_s = getattr(arguments, "objective", None), getattr(arguments, "by", None)
+    if by_s is not None and objective != "probability":
+        raise InputError(
+            f"--by {by_s:g}: goes with --objective probability; give both, or leave it out"
+        )
+    named = {"search.objective": objective and _toml_text(objective), "search.by_s": by_s}
+    return [f"{key}={value}" for key, value in named.items() if value is not None]
 
 
 def _toml_text(text: str) -> str:
@@ -277,6 +297,38 @@ def _truths(arguments: argparse.Namespace, opened: Opened) -> Recording:
     return _recording(arguments, opened, "recording true targets", record)
 
 
+def _judges(arguments: argparse.Namespace, opened: Opened, method: Method) -> Futures | None:
+    """Return other particles for a method that chooses between plans, if they can be drawn.
+
+    Where all futures are enumerated there are no others.
+    """
+    enumerated = opened.scenario.search.sampling == "all"
+    if not method.chooses or enumerated or getattr(arguments, "futures", None) is not None:
+        return None
+    return _recording(arguments, opened, "recording judges", Recorder.judging).futures
+
+
+def _made(
+    arguments: argparse.Namespace,
+    opened: Opened,
+    method: Method,
+    recording: Recording,
+    judges: Futures | None,
+) -> Plan:
+    limit_s = getattr(arguments, "time_limit", None)
+    until_s = time.monotonic() + (math.inf if limit_s is None else limit_s)
+    budget, recorder = budget_of(opened), Recorder(opened, arguments.jobs)
+    with progress(f"planning: {method.name}") as shown:
+
+        def told(value: float, done: int) -> None:
+            log.info("best so far %.6g after %d road orders", value, done)
+            shown(min(done, budget.work), budget.work)
+
+        budget = replace(budget, stop=lambda: time.monotonic() > until_s, told=told)
+        futures = recording.futures
+        return make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
+
+
 def _planned(
     arguments: argparse.Namespace,
     opened: Opened,
@@ -284,13 +336,15 @@ def _planned(
     recording: Recording,
     watch: _Watch,
 ) -> tuple[Plan, tables.MethodRow, dict[str, Any]]:
-    made = make_plan(method, opened, Recorder(opened, arguments.jobs), recording.futures)
+    judges = _judges(arguments, opened, method)
+    watch.lap("judges")
+    made = _made(arguments, opened, method, recording, judges)
     took_s = watch.lap("planning")
     fresh = _evaluation_recording(arguments, opened)
     watch.lap("fresh targets")
     problem = problem_of(opened, recording.futures)
     planned, evaluated = (
-        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s)
+        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s, by_s=problem.by_s)
         for futures in (recording.futures, fresh.futures)
     )
     content = plan_content(
@@ -312,15 +366,15 @@ def _row(
     recording: Recording,
     fresh: Recording,
 ) -> tables.MethodRow:
-    watch = _Watch()
+    judges, watch = _judges(arguments, opened, method), _Watch()
     try:
-        made = make_plan(method, opened, Recorder(opened, arguments.jobs), recording.futures)
+        made = _made(arguments, opened, method, recording, judges)
     except NotApplicableError as error:
         return tables.MethodRow(method.name, why_not=str(error))
     took_s = watch.lap("planning")
     problem = problem_of(opened, recording.futures)
     planned, evaluated = (
-        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s)
+        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s, by_s=problem.by_s)
         for futures in (recording.futures, fresh.futures)
     )
     roads = sum(len(legs) for legs in made.legs)

@@ -41,11 +41,14 @@ def _equal(edges: Any) -> Any:
     return {edge: 1 / len(edges) for edge in edges}
 
 
+LONGEST_S = 1e9  # thirty years
+FASTEST_MPS = 1000.0  # nothing on a road is as fast
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Seconds = Annotated[NotNegative, BeforeValidator(seconds)]
-PositiveSeconds = Annotated[Positive, BeforeValidator(seconds)]
+Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
+PositiveSeconds = Annotated[Positive, Field(le=LONGEST_S), BeforeValidator(seconds)]
 Probabilities = Annotated[dict[str, Finite], Field(min_length=1)]
 
 
@@ -152,6 +155,10 @@ class DistributionSection(Section):
 def _above_zero(speeds: DistributionSection) -> DistributionSection:
     if speeds.low <= 0:
         raise ValueError(f"reaches down to {shown(speeds.low)} m/s; give speeds above 0")
+    if speeds.high > FASTEST_MPS:
+        raise ValueError(
+            f"reaches up to {shown(speeds.high)} m/s; give speeds up to {shown(FASTEST_MPS)}"
+        )
     return speeds
 
 
@@ -279,6 +286,27 @@ UavStart = Annotated[
 ]
 
 
+class NodeLanding(Section):
+    """A node to land at."""
+
+    node: str = Field(description="the name of a node")
+
+
+def _landing_form(value: Any) -> str:
+    if isinstance(value, str):
+        return "~word"
+    keys = value if isinstance(value, dict) else ()
+    return "~NodeLanding" if isinstance(value, NodeLanding) or "node" in keys else "~PointStart"
+
+
+UavLanding = Annotated[
+    Annotated[Literal["start"], Tag("~word")]
+    | Annotated[PointStart, Tag("~PointStart")]
+    | Annotated[NodeLanding, Tag("~NodeLanding")],
+    Discriminator(_landing_form),
+]
+
+
 class UavSection(Section):
     """The UAV; its times count from now, `Scenario.take_off_s` tells them on the target's clock."""
 
@@ -293,6 +321,11 @@ class UavSection(Section):
     max_flight_time_s: PositiveSeconds | None = Field(
         default=None,
         description="the longest flight as seconds or H:M:S, or leave it out for no limit",
+    )
+    return_to: UavLanding | None = Field(
+        default=None,
+        description='where it has to land: "start", { node = NAME } or { x_m = 0, y_m = 0 }, '
+        "or leave it out for anywhere",
     )
 
 
@@ -314,6 +347,16 @@ class SearchSection(Section):
         default=10000.0,
         description="when the search stops, as seconds or H:M:S on the target's clock",
     )
+    objective: Literal["time", "probability"] = Field(
+        default="time",
+        description='"time" for the least expected detection time, or "probability" for the '
+        "greatest one of finding the target by by_s",
+    )
+    by_s: PositiveSeconds | None = Field(
+        default=None,
+        description='the deadline of objective = "probability", as seconds or H:M:S on the '
+        "target's clock",
+    )
     particles: Annotated[int, Field(ge=1)] = Field(
         default=1000, description="how many possible targets are simulated, such as 1000"
     )
@@ -322,6 +365,9 @@ class SearchSection(Section):
         default=16, description="how many roads a plan has at most, such as 16"
     )
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="a whole number from 0 on")
+    work: Annotated[int, Field(ge=1)] = Field(
+        default=3000, description="how many road orders a search may grow, such as 3000"
+    )
     planning_time_s: Seconds = Field(
         default=0.0, description="what planning by simulation is charged, as seconds or H:M:S"
     )

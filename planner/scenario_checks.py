@@ -24,6 +24,8 @@ HORIZON_KEYS = (
     "uav.take_off_s",
     "search.horizon_s",
     "search.planning_time_s",
+    "search.objective",
+    "search.by_s",
 )
 SAMPLING_KEYS = ("target.distance_m", "target.speed", "search.sampling")
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt
@@ -129,13 +131,20 @@ def target_faults(key: str, section: "TargetSection", folder: Path) -> Iterator[
 def horizon_faults(
     target: "TargetSection", uav: "UavSection", search: "SearchSection"
 ) -> Iterator[str]:
-    """Yield what is wrong with a horizon that leaves no time to search."""
+    """Yield what is wrong with a horizon or a deadline that leaves no time to search."""
     take_off_s = target.last_seen_ago_s + uav.take_off_s + search.planning_time_s
     if search.horizon_s <= take_off_s:
         yield (
             f"search.horizon_s: {shown(search.horizon_s)} is not after take-off at "
             f"{shown(take_off_s)} s (target.last_seen_ago_s + uav.take_off_s + "
             "search.planning_time_s); choose a later horizon"
+        )
+    elif search.objective == "probability" and search.by_s is None:
+        yield 'search.by_s: is missing; objective = "probability" needs the time to find it by'
+    elif search.by_s is not None and not take_off_s < search.by_s <= search.horizon_s:
+        yield (
+            f"search.by_s: {shown(search.by_s)} is not between take-off at {shown(take_off_s)} s "
+            f"and the horizon, {shown(search.horizon_s)} s; choose a time in between"
         )
 
 

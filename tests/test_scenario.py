@@ -51,6 +51,15 @@ def test_defaults_are_the_papers(folder: Path) -> None:
     assert scenario.name == folder.name
 
 
+def test_a_deadline_lies_between_take_off_and_horizon(folder: Path) -> None:
+    given = ["search.objective=probability", "search.by_s=0:10:00", "uav.take_off_s=300"]
+    search = read_scenario(folder, overrides=given).search
+    assert (search.objective, search.by_s) == ("probability", 600)
+    assert faults(folder, *given, "search.planning_time_s=299") == []
+    (fault,) = faults(folder, *given, "search.planning_time_s=300")
+    assert fault.startswith("search.by_s: 600 is not between take-off at 600 s and the horizon")
+
+
 def test_a_list_of_edges_is_equal(folder: Path) -> None:
     scenario = read_scenario(folder, overrides=['target.start=["a", "b", "c", "d"]'])
     assert scenario.target.start == dict.fromkeys("abcd", 0.25)
@@ -304,6 +313,13 @@ ONE_FAULT = [
     ("uav.take_off_s=10000", "search.horizon_s: 10000 is not after take-off at 10000 s ("),
     ("search.planning_time_s=3:00:00", "search.horizon_s: 10000 is not after take-off at 10800"),
     ("target.last_seen_ago_s=3:00:00", "search.horizon_s: 10000 is not after take-off at 10800"),
+    ("search.objective=probability", "search.by_s: is missing; objective = "),
+    ("search.objective=speed", "search.objective: should be 'time' or 'probability', not"),
+    ("search.by_s=0:99:00", 'search.by_s: should be seconds or "H:M:S", not "0:99:00"; write'),
+    ("search.by_s=10001", "search.by_s: 10001 is not between take-off at 0 s and the horizon, 100"),
+    ("uav.return_to=home", "uav.return_to: should be 'start', not \"home\"; give where it has"),
+    ("uav.return_to={x_m=1}", "uav.return_to.y_m: is missing; give metres to the north"),
+    ("uav.return_to={node='n', x_m=1}", "uav.return_to.x_m: is not a known key; "),
     ("title=3", "title: should be text in quotes, not 3; give one line"),
     ("title.x=3", "title: should be text in quotes, not {"),
     ("uav.speed_mps.x=3", "uav.speed_mps"),

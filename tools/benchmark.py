@@ -96,8 +96,8 @@ def recording(repeats: int) -> Iterator[Figure]:
         driven_s = np.minimum(futures.end_s, horizon_s) - futures.time_s[futures.first_knot[:-1]]
         rates.append(float(driven_s.sum()) / took_s)
         bare.append(_bare_rate(opened, particles))
-    yield Figure("recorded", "vehicle-seconds per s", tuple(rates))
-    yield Figure("bare sumo with FCD output", "vehicle-seconds per s", tuple(bare))
+    yield Figure("recorded", "vehicle s / s", tuple(rates))
+    yield Figure("bare sumo with FCD output", "vehicle s / s", tuple(bare))
     yield Figure("recorded against bare sumo", "times", _ratios(rates, bare))
 
 
@@ -127,8 +127,8 @@ def detection(repeats: int) -> Iterator[Figure]:
         fast.append(1e6 * took_s / len(targets))
         took_s, _ = _timed(lambda: [by_ticks(targets, k, track, TICK_S) for k in range(TWINS)])
         slow.append(1e6 * took_s / TWINS)
-    yield Figure("exact", "us per particle", tuple(fast))
-    yield Figure(f"slow twin, ticks of {TICK_S:g} s", "us per particle", tuple(slow))
+    yield Figure("exact", "us / particle", tuple(fast))
+    yield Figure(f"slow twin, ticks of {TICK_S:g} s", "us / particle", tuple(slow))
     yield Figure("slow twin against exact", "times", _ratios(slow, fast))
 
 
@@ -159,21 +159,25 @@ def exhaustive(repeats: int) -> Iterator[Figure]:
     yield Figure("exhaustive-shortest on the grid", "s", _warm(plan, repeats))
 
 
-def commands(repeats: int) -> Iterator[Figure]:
-    """Run whole commands, each in a process of its own."""
+def answer(repeats: int) -> Iterator[Figure]:
+    """Ask for help."""
     values = tuple(_command("--help")[0] for _ in range(repeats))
     yield Figure("planner --help", "s", values, at_most=0.3)
+
+
+def commands(repeats: int) -> Iterator[Figure]:
+    """Run whole commands, each in a process of its own."""
     with _empty_cache():
         took_s, peak_mb = _command("futures", GRID, "--jobs", "2")
     yield Figure("planner futures, cache empty", "s", (took_s,))
-    # The largest process, times all three.
-    yield Figure("peak memory of it, at most", "MB", (3 * peak_mb,), at_most=1000)
+    # Three times the largest: less is known without looking at them while they run.
+    yield Figure("its three processes, at most", "MB", (3 * peak_mb,), at_most=1000)
     with TemporaryDirectory() as folder:
         plan = ("plan", GRID, "-o", folder, "--force")
         _command(*plan)
         runs = [_command(*plan) for _ in range(repeats)]
     yield Figure("planner plan, warm", "s", tuple(run[0] for run in runs), at_most=3)
-    yield Figure("peak memory of it", "MB", tuple(run[1] for run in runs), at_most=1000)
+    yield Figure("its peak memory", "MB", tuple(run[1] for run in runs), at_most=1000)
 
 
 SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
@@ -183,6 +187,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
     "greedy": greedy,
     "exact": exact,
     "exhaustive": exhaustive,
+    "help": answer,
     "commands": commands,
 }
 
@@ -278,9 +283,9 @@ def _empty_cache() -> Iterator[None]:
 
 
 def _stop_workers() -> None:
-    from joblib.externals.loky import get_reusable_executor
+    from planner.futures.workers import dismiss
 
-    get_reusable_executor().shutdown(kill_workers=True)
+    dismiss()
 
 
 def machine() -> dict[str, Any]:
@@ -373,7 +378,8 @@ def main(argv: Sequence[str] | None = None) -> None:
                 told = {"machine": host, "figures": rows}
                 path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     except PlannerError as error:
-        raise SystemExit(f"benchmark: {error}") from error
+        print(f"benchmark: {error}", file=sys.stderr)
+        raise SystemExit(2) from error
 
 
 if __name__ == "__main__":

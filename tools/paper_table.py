@@ -8,6 +8,7 @@ particles. Every plan is evaluated on the same fresh targets, which no planner h
 import argparse
 import json
 import logging
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
@@ -183,7 +184,8 @@ def cells(wanted: argparse.Namespace) -> Iterator[Cell]:
     """Record, plan and evaluate; yield the table's rows."""
     with progress("recording in SUMO") as told:
         planning, fresh = recordings(wanted, told)
-    pairs = [(row, u0_km) for row in ROWS for u0_km in U0_KM if u0_km in wanted.u0_km]
+    rows = [row for row in ROWS if not wanted.only or row.name in wanted.only]
+    pairs = [(row, u0_km) for row in rows for u0_km in U0_KM if u0_km in wanted.u0_km]
     with progress("planning and evaluating") as told:
         for done, (row, u0_km) in enumerate(pairs):
             told(done, len(pairs))
@@ -227,6 +229,9 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
     add("--targets", type=_count, default=20000, help="fresh targets (default 20000)")
     help_u0 = f"start distances, all by default: {' '.join(map(str, U0_KM))}"
     add("--u0-km", type=int, nargs="+", choices=U0_KM, default=U0_KM, metavar="KM", help=help_u0)
+    names = [row.name for row in ROWS]
+    help_only = f"this method alone, of: {', '.join(names)}; may be given several times"
+    add("--only", action="append", choices=names, metavar="METHOD", help=help_only)
     add("-j", "--jobs", type=_count, help="processes that run SUMO (default one per core)")
     add("--json", type=Path, metavar="FILE", help="write the rows there too, with every seed")
     return parser.parse_args(argv)
@@ -255,7 +260,8 @@ def main(argv: Sequence[str] | None = None) -> None:
                 rows = [asdict(one) | {"agrees": one.agrees} for one in found]
                 path.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     except PlannerError as error:
-        raise SystemExit(f"paper_table: {error}") from error
+        print(f"paper_table: {error}", file=sys.stderr)
+        raise SystemExit(2) from error
 
 
 if __name__ == "__main__":

@@ -11,7 +11,15 @@ from planner.belief.turn_file import read_turns
 from planner.errors import InputError, PlannerError, ScenarioError
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario import PointStart, Scenario, TargetSection, UavSection
+from planner.scenario import (
+    NodeLanding,
+    NodeStart,
+    PointStart,
+    Scenario,
+    TargetSection,
+    UavSection,
+    UavStart,
+)
 from planner.scenario_checks import about, probability_fault
 from planner.scenario_draft import Draft, read_draft
 from planner.wording import shown, suggestion
@@ -31,15 +39,12 @@ class Opened:
     @property
     def uav_xy_m(self) -> tuple[float, float]:
         """Where the UAV takes off, metres east and north."""
-        start = self.scenario.uav.start
-        if isinstance(start, PointStart):
-            return start.x_m, start.y_m
-        x_m, y_m = self.network.node_xy_m[self.network.node_index[start.node]]
-        bearing = math.radians(start.bearing_deg)  # clockwise from north
-        return (
-            float(x_m + start.distance_m * math.sin(bearing)),
-            float(y_m + start.distance_m * math.cos(bearing)),
-        )
+        return _start_xy(self.scenario.uav.start, self.network)
+
+    @property
+    def return_to_m(self) -> tuple[float, float] | None:
+        """Where the UAV has to land, metres east and north; None: anywhere."""
+        return _return_xy(self.scenario.uav, self.network)
 
 
 def open_scenario(
@@ -71,6 +76,8 @@ def open_scenario(
                 found += _distance_faults(key, target, network)
             faults += about(found, key, names)
         faults += _uav_faults(draft.uav, network)
+        if draft.uav is not None and not any(fault.startswith("uav.") for fault in faults):
+            faults += _landing_faults(draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario()
@@ -170,11 +177,44 @@ def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> I
 
 
 def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[str]:
-    if uav is None or isinstance(uav.start, PointStart):
+    if uav is None:
         return
-    if uav.start.node not in network.node_index:
-        hint = suggestion(uav.start.node, network.node_ids)
-        yield f"uav.start.node: {uav.start.node} is not a node of the network; {hint}"
+    for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
+        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.node_index:
+            hint = suggestion(place.node, network.node_ids)
+            yield f"{key}.node: {place.node} is not a node of the network; {hint}"
+
+
+def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[str]:
+    home = _return_xy(uav, network)
+    if home is not None and uav.max_flight_time_s is not None:
+        away_s = math.dist(_start_xy(uav.start, network), home) / uav.speed_mps
+        if away_s > uav.max_flight_time_s:
+            yield (
+                f"uav.return_to: lies {shown(round(away_s, 1))} s of flight from the start, but "
+                f"uav.max_flight_time_s is {shown(uav.max_flight_time_s)}; choose a nearer place"
+            )
+
+
+def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
+    if isinstance(start, PointStart):
+        return start.x_m, start.y_m
+    x_m, y_m = network.node_xy_m[network.node_index[start.node]]
+    bearing = math.radians(start.bearing_deg)  # clockwise from north
+    return (
+        float(x_m + start.distance_m * math.sin(bearing)),
+        float(y_m + start.distance_m * math.cos(bearing)),
+    )
+
+
+def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | None:
+    place = uav.return_to
+    if place is None or isinstance(place, PointStart):
+        return None if place is None else (place.x_m, place.y_m)
+    if isinstance(place, str):
+        return _start_xy(uav.start, network)
+    x_m, y_m = network.node_xy_m[network.node_index[place.node]]
+    return float(x_m), float(y_m)
 
 
 def _no_edge(name: str, network: RoadNetwork) -> str:

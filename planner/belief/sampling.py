@@ -21,6 +21,7 @@ from planner.belief.routes import (
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
+from planner.scenario import FASTEST_MPS
 from planner.wording import shown, suggestion
 
 Sampling = Literal["iid", "sobol", "all"]
@@ -102,8 +103,10 @@ def predefined(
             f"target offset {shown(offset_m)}: is not on {route[0]}; "
             f"give 0 to {shown(float(length_m))} m"
         )
-    if not 0 < speed_mps < np.inf:
-        raise InputError(f"target speed {shown(speed_mps)}: give a speed above 0 m/s")
+    if not 0 < speed_mps <= FASTEST_MPS:
+        raise InputError(
+            f"target speed {shown(speed_mps)}: give a speed above 0 and up to {FASTEST_MPS:g} m/s"
+        )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
     seed = rng.spawn(1)[0].integers(1, LARGEST_SEED, 1, endpoint=True)

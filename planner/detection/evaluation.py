@@ -26,6 +26,7 @@ class Evaluation:
     weight: Floats  # (N,) probability
     end_s: Floats  # (N,) seconds, when the target reaches its goal; -inf: never sets out
     horizon_s: float  # what a target not found by then counts as; takes infinity's place
+    by_s: float | None = None  # the deadline, if the search was for finding the target by then
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
@@ -55,6 +56,10 @@ class Evaluation:
     def detection_probability(self) -> float:
         """Probability that the target is there and found by the horizon."""
         return float(self.weight @ self.found)
+
+    def found_by_probability(self, time_s: float) -> float:
+        """Return the probability that the target is there and found by a time, seconds."""
+        return float(self.weight @ (self.found & (self.seen_at <= time_s)))
 
     @property
     def found_before_goal_probability(self) -> float:
@@ -96,10 +101,21 @@ class Evaluation:
 
 
 def evaluate(
-    tracks: Sequence[Track], futures: Futures, sensor: Sensor, horizon_s: float
+    tracks: Sequence[Track],
+    futures: Futures,
+    sensor: Sensor,
+    horizon_s: float,
+    *,
+    by_s: float | None = None,
 ) -> Evaluation:
-    """Return what flights achieve together against futures: each target's earliest sighting."""
+    """Return what flights achieve together against futures: each target's earliest sighting.
+
+    Parameters
+    ----------
+    by_s
+        The deadline if the objective is to find the target by then; it is kept for reports.
+    """
     seen_at = np.full(len(futures), np.inf)
     for track in tracks:
         np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
-    return Evaluation(seen_at, futures.weight, futures.end_s, horizon_s)
+    return Evaluation(seen_at, futures.weight, futures.end_s, horizon_s, by_s)

@@ -25,6 +25,11 @@ class Objective:
         return np.maximum(0.0, self.horizon_s - seen_at)
 
     @property
+    def most(self) -> float:
+        """What a sighting at time 0 is worth: no reward is greater."""
+        return self.horizon_s if self.by_s is None else 1.0
+
+    @property
     def ends_s(self) -> float:
         """From when on no sighting is worth anything, seconds."""
         return self.horizon_s if self.by_s is None else min(self.by_s, self.horizon_s)

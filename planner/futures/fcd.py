@@ -55,6 +55,8 @@ def read_samples(path: Path, network: RoadNetwork) -> Samples:
     columns = _parquet_columns(path) if path.suffix == ".parquet" else _xml_columns(path)
     if len(columns["id"]) == 0:
         raise InputError(f"{path}: holds no vehicle; {REMEDY}")
+    if not all(np.isfinite(columns[name]).all() for name in ("time", "x", "y")):
+        raise InputError(f"{path}: holds a time or a place that is not finite (NaN); {REMEDY}")
     names, vehicle = _codes(columns["id"])
     order = np.lexsort((columns["time"], vehicle))
     columns = {name: column[order] for name, column in columns.items() if name != "id"}

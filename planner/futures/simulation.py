@@ -4,6 +4,7 @@ Particles must never meet. In a batch they share one run only where SUMO can be 
 all others: at constant speed on nets of one lane. Elsewhere a batch is a single particle.
 """
 
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,10 +14,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from planner.errors import SumoError
+from planner.errors import InputError, SumoError
 from planner.futures.fcd import Samples, read_samples
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import sumo_environment
+from planner.network.sumo import MESSAGES, sumo_environment
 
 SLICE_S = 0.2  # of wall time between two answers to Ctrl-C
 LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1"
@@ -57,12 +58,15 @@ def simulate(network: RoadNetwork, run: Run) -> Samples:
     with TemporaryDirectory(prefix="planner-") as folder:
         work = Path(folder)
         (work / "routes.xml").write_text("\n".join(_route_file(run)))
-        with _own_message(work / "errors.log"):
+        with _own_message(work / "errors.txt"):
             _drive(run, _options(network.path, run, work))
-        samples = read_samples(work / "fcd.parquet", network)
+        try:
+            samples = read_samples(work / "fcd.parquet", network)
+        except InputError as error:
+            raise SumoError(f"SUMO recorded no motion on {network.path}") from error
     missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
     if missing:
-        raise SumoError(f"SUMO never let particle {min(missing)} into {network.path.name}")
+        raise SumoError(f"SUMO never let particle {min(missing)} into {network.path}")
     return samples
 
 
@@ -96,7 +100,6 @@ def _options(net: Path, run: Run, work: Path) -> list[str]:
         "precision": 9,
         "time-to-teleport": -1,
         "collision.action": "none",
-        "error-log": work / "errors.log",
         "no-step-log": "true",
         "no-warnings": "true",
     }
@@ -125,17 +128,34 @@ def _own_message(errors: Path) -> Iterator[None]:
     """Put SUMO's own words in the place of libsumo's "Process Error"."""
     libsumo = import_libsumo()
     try:
-        yield
+        with _stderr_into(errors):
+            yield
     except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
         raise SumoError(f"SUMO failed: {_reason(str(error), errors)}") from error
+
+
+@contextmanager
+def _stderr_into(path: Path) -> Iterator[None]:
+    """Catch what SUMO writes to stderr; its own log may still lie in its memory when it fails."""
+    stderr = os.dup(2)
+    try:
+        with path.open("wb") as file:
+            os.dup2(file.fileno(), 2)
+        yield
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 def _reason(told: str, errors: Path) -> str:
     if told and "Process Error" not in told:
         return told
-    said = errors.read_text(encoding="utf-8").splitlines() if errors.exists() else []
+    said = errors.read_text(encoding="utf-8", errors="replace").splitlines()
     lines = [line.removeprefix("Error:").strip() for line in said if "Warning:" not in line]
-    return " ".join(line for line in lines if line) or "it gives no reason"
+    lines = [line for line in lines if line]
+    if len(lines) > MESSAGES:
+        lines[MESSAGES:] = [f"(and {len(lines) - MESSAGES} more)"]
+    return " ".join(lines) or "it gives no reason"
 
 
 def _drive(run: Run, options: list[str]) -> None:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +20,8 @@ from planner.futures.record import Progress, record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
+
+log = logging.getLogger(__name__)
 
 SCHEMA = "planner.futures/1"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
@@ -56,12 +59,14 @@ def recorded(
     """
     described = describe(network, scenario)
     folder = cache_folder("futures") / _key(particles, horizon_s, described)
-    if not (folder / PARTICLES).is_file():
-        futures = record(
-            network, particles, horizon_s=horizon_s, workers=workers, progress=progress
-        )
-        with results_written_whole(folder, force=True) as new:
-            write_recording(new, futures, particles, network, described)
+    if (folder / PARTICLES).is_file():
+        try:
+            return read_recording(folder / KNOTS, network)
+        except InputError as error:
+            log.info("the cache was damaged (%s)", error)
+    futures = record(network, particles, horizon_s=horizon_s, workers=workers, progress=progress)
+    with results_written_whole(folder, force=True) as new:
+        write_recording(new, futures, particles, network, described)
     return read_recording(folder / KNOTS, network)
 
 
@@ -150,6 +155,11 @@ def read_recording(path: Path, network: RoadNetwork) -> Recording:
 def _futures(path: Path, table: Any, network: RoadNetwork, count: int | None) -> Futures:
     if table.num_rows == 0:
         raise InputError(f"{path}: holds no row; record at least one particle")
+    recorded_on = (table.schema.metadata or {}).get(b"net_sha256", network.sha256.encode())
+    if recorded_on.decode() != network.sha256:
+        raise InputError(
+            f"{path}: was recorded on another network than {network.path}; record it again"
+        )
     particle = numbers(path, table, "particle").astype(np.int64)
     time_s, x_m, y_m = (numbers(path, table, name) for name in ("time_s", "x_m", "y_m"))
     step = np.diff(particle)

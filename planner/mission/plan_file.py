@@ -25,6 +25,7 @@ class StoredPlan:
     plan: Plan
     sensor: Sensor
     horizon_s: float
+    by_s: float | None = None  # the deadline, if it was made to find the target by then
 
 
 def write_plan(path: Path, content: Mapping[str, Any]) -> None:
@@ -68,6 +69,7 @@ def plan_content(
             "particles": len(planned.weight),
             "horizon_s": planned.horizon_s,
             "radius_m": sensor.radius_m,
+            **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
     }
@@ -80,6 +82,18 @@ def figures(evaluation: Evaluation) -> dict[str, Any]:
         "ci95_s": list(evaluation.ci95_s),
         "detection_probability": evaluation.detection_probability,
         "found_before_goal_probability": evaluation.found_before_goal_probability,
+        **_objective(evaluation),
+    }
+
+
+def _objective(evaluation: Evaluation) -> dict[str, Any]:
+    by_s = evaluation.by_s
+    if by_s is None:
+        return {"objective": "time"}
+    return {
+        "objective": "probability",
+        "found_by_s": by_s,
+        "found_by_probability": evaluation.found_by_probability(by_s),
     }
 
 
@@ -130,9 +144,16 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         legs.append(tuple(_flown(leg, road_index, network) for leg in uav["legs"]))
     return StoredPlan(
         Plan(content["method"], tuple(tracks), tuple(legs)),
-        Sensor(float(content["planned"]["radius_m"])),
-        float(content["planned"]["horizon_s"]),
+        Sensor(_above_zero(content["planned"]["radius_m"])),
+        _above_zero(content["planned"]["horizon_s"]),
+        content["planned"].get("found_by_s"),
     )
+
+
+def _above_zero(number: float) -> float:
+    if not 0 < number < np.inf:
+        raise ValueError(f"{number} is not above zero")
+    return float(number)
 
 
 def _flown(leg: Mapping[str, Any], road_index: Mapping[str, int], network: RoadNetwork) -> FlownLeg:

@@ -18,6 +18,7 @@ from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 from planner.streams import stream
 
+JUDGES = 4096  # particles on which methods choose between plans
 FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 
@@ -37,6 +38,11 @@ class Recorder:
         search = self.opened.scenario.search
         name = ("particles",) if step is None else ("particles", step)
         return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
+
+    def judging(self) -> Recording:
+        """Return the particles on which methods choose between plans."""
+        sampling = self.opened.scenario.search.sampling
+        return self._drawn(self.opened.prior, JUDGES, ("judges",), sampling=sampling)
 
     def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
         """Return the fresh targets on which plans are evaluated, independent draws."""
@@ -115,23 +121,47 @@ def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None
         speed_mps=scenario.uav.speed_mps,
         altitude_m=scenario.uav.altitude_m,
         max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
+        return_to_m=opened.return_to_m,
     )
     sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
-    return Problem(opened.network, futures, (uav,), sensor, scenario.search.horizon_s)
+    search = scenario.search
+    by_s = search.by_s if search.objective == "probability" else None
+    return Problem(opened.network, futures, (uav,), sensor, search.horizon_s, by_s)
 
 
-def make_plan(method: Method, opened: Opened, recorder: Recorder, futures: Futures) -> Plan:
+def make_plan(
+    method: Method,
+    opened: Opened,
+    recorder: Recorder,
+    futures: Futures,
+    *,
+    judges: Futures | None = None,
+    budget: Budget | None = None,
+) -> Plan:
     """Return the plan that a method makes for a scenario on given futures.
+
+    Parameters
+    ----------
+    judges
+        Other particles, for methods that choose between plans.
+    budget
+        The scenario's own if not given.
 
     Raises
     ------
     NotApplicableError
         If the method cannot work on this problem.
     """
-    problem = problem_of(opened, futures, method=method)
-    budget = Budget(roads=opened.scenario.search.depth)
+    problem = problem_of(opened, futures, method=method).replace(judges=judges)
     rng = stream(opened.scenario.search.seed, "planner", method.name)
-    return _planner(method, opened, recorder)(problem, budget=budget, rng=rng)
+    planner = _planner(method, opened, recorder)
+    return planner(problem, budget=budget or budget_of(opened), rng=rng)
+
+
+def budget_of(opened: Opened) -> Budget:
+    """Return how much a scenario lets planners do."""
+    search = opened.scenario.search
+    return Budget(roads=search.depth, work=search.work)
 
 
 def _planner(method: Method, opened: Opened, recorder: Recorder) -> Callable[..., Plan]:

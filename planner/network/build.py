@@ -84,6 +84,8 @@ def _build(sources: Mapping[str, Path], options: Sequence[str]) -> Path:
     subject = ", ".join(str(path) for path in sources.values())
     if net.exists():
         return net
+    if any("," in str(path) for path in sources.values()):
+        raise InputError(f"{subject}: netconvert takes no comma in a path; rename it")
     log.info("netconvert builds the network of %s", subject)
     with written_whole(net) as new:
         given = [f"{option}={path}" for option, path in sources.items()]

@@ -144,6 +144,13 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
     shapes = [_shape(edge) for edge in edges]
     turns = _turns(edges)
     names = tuple(str(edge.getID()) for edge in edges)
+    lengths_m = np.array([edge.getLength() for edge in edges], dtype=np.float64)
+    points = np.concatenate(shapes)
+    if not (np.all(lengths_m > 0) and np.isfinite(lengths_m).all() and np.isfinite(points).all()):
+        raise InputError(
+            f"{source}: an edge has no length above zero, or a place that is not finite; "
+            "build the network again"
+        )
     return {
         "node_ids": tuple(str(node.getID()) for node in nodes),
         "node_xy_m": np.array([node.getCoord() for node in nodes], dtype=np.float64),
@@ -151,10 +158,10 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "road_from": np.array([place[edge.getFromNode()] for edge in edges], dtype=np.int32),
         "road_to": np.array([place[edge.getToNode()] for edge in edges], dtype=np.int32),
         "first_point": _offsets(shapes),
-        "shape_xy_m": np.concatenate(shapes),
+        "shape_xy_m": points,
         "edge_ids": names,
         "edge_road": np.arange(len(edges), dtype=np.int32),
-        "edge_length_m": np.array([edge.getLength() for edge in edges], dtype=np.float64),
+        "edge_length_m": lengths_m,
         "edge_limit_mps": np.array([_limit_mps(edge) for edge in edges], dtype=np.float64),
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
         "first_turn": _offsets(turns),

@@ -15,7 +15,9 @@ from planner.stopping import undone_if_stopped
 
 log = logging.getLogger(__name__)
 
-MESSAGES = 3  # of netconvert's that are shown at most
+MESSAGES = 3  # of SUMO's that are shown at most
+# What sumolib lets out where a net is broken.
+STUMBLES = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
 
 
 @cache
@@ -117,14 +119,18 @@ def parse_net(path: Path) -> Any:
     import sumolib
 
     try:
-        return sumolib.net.readNet(str(path), lxml=False)
-    except (SAXException, OSError, EOFError, ValueError, KeyError, AttributeError) as error:
+        net = sumolib.net.readNet(str(path), lxml=False)
+    except (SAXException, OSError, EOFError, *STUMBLES) as error:
         missing = isinstance(error, KeyError)
         reason = f"it lacks {error}" if missing else " ".join(str(error).split())
         raise InputError(
             f"{path}: not a readable SUMO network ({reason}); "
             "give a .net.xml that netconvert or netedit wrote"
         ) from error
+    lost = [node.getID() for node in net.getNodes() if node.getType() is None]
+    if lost:
+        raise InputError(f"{path}: edges lead to {lost[0]!r}, which is no junction of the network")
+    return net
 
 
 def _reason(stderr: str) -> str:

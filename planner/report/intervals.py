@@ -33,15 +33,19 @@ def found_intervals(evaluation: Evaluation) -> tuple[tuple[float, float], tuple[
     The probability that there is a target is known, not drawn; only what happens to those that
     are there is uncertain.
     """
+    found = _interval(evaluation, evaluation.detection_probability)
+    return found, _interval(evaluation, evaluation.found_before_goal_probability)
+
+
+def found_by_interval(evaluation: Evaluation, time_s: float) -> tuple[float, float]:
+    """Return the 95 % interval of being found by a time, in the same way."""
+    return _interval(evaluation, evaluation.found_by_probability(time_s))
+
+
+def _interval(evaluation: Evaluation, probability: float) -> tuple[float, float]:
     present = float(evaluation.weight.sum())
     if present <= 0:
-        return (0.0, 0.0), (0.0, 0.0)
+        return 0.0, 0.0
     draws = present**2 / float(evaluation.weight @ evaluation.weight)
-    found, before = (
-        share_interval(min(1.0, probability / present), draws)
-        for probability in (
-            evaluation.detection_probability,
-            evaluation.found_before_goal_probability,
-        )
-    )
-    return (found[0] * present, found[1] * present), (before[0] * present, before[1] * present)
+    low, high = share_interval(min(1.0, probability / present), draws)
+    return low * present, high * present

@@ -17,7 +17,7 @@ def progress(what: str) -> Iterator[Told]:
 
     The bar and the lines go to stderr. NO_COLOR is respected.
     """
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield _lines(what)
         return
     from rich.console import Console

@@ -17,7 +17,7 @@ from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
 from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
-from planner.report.intervals import found_intervals
+from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.overlay import write_overlay
 from planner.report.picture import plan_picture, where_picture
 from planner.report.tables import MethodRow
@@ -125,11 +125,21 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
 def flight_figures(record: MissionRecord) -> dict[str, Any]:
     """Return what flights achieved, with 95 % intervals, as plain data."""
     found, before = found_intervals(record.evaluation)
-    return figures(record.evaluation) | {
-        "detection_probability_ci95": list(found),
-        "found_before_goal_probability_ci95": list(before),
-        "targets": len(record.evaluation.weight),
-    }
+    by_s = record.evaluation.by_s
+    deadline = (
+        {}
+        if by_s is None
+        else {"found_by_probability_ci95": list(found_by_interval(record.evaluation, by_s))}
+    )
+    return (
+        figures(record.evaluation)
+        | deadline
+        | {
+            "detection_probability_ci95": list(found),
+            "found_before_goal_probability_ci95": list(before),
+            "targets": len(record.evaluation.weight),
+        }
+    )
 
 
 def mission_line(record: MissionRecord) -> str:

@@ -9,7 +9,7 @@ from planner.detection.evaluation import Evaluation
 from planner.futures.state_at import QUANTILES, RoadState
 from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
-from planner.report.intervals import found_intervals
+from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.units import clock
 from planner.search.plan import Plan
 
@@ -65,6 +65,10 @@ def plan_table(row: MethodRow) -> "Table":
     table.add_column(f"{len(row.evaluated.weight):,} fresh targets", justify="right")
     table.add_column("95 % interval", justify="right")
     time_s, found, before = row.evaluated.ci95_s, *found_intervals(row.evaluated)
+    by_s = row.evaluated.by_s
+    if by_s is not None:
+        shares = [_share(e.found_by_probability(by_s)) for e in both]
+        table.add_row(_by(by_s), *shares, _shares(found_by_interval(row.evaluated, by_s)))
     lines = (
         ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
         ("found", [_share(e.detection_probability) for e in both], found),
@@ -115,8 +119,12 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     A method that cannot be used keeps its row and says why.
     """
     table = _table(title)
-    table.add_column("method")
+    table.add_column("method", no_wrap=True, overflow="ignore")
+    rows = list(rows)
+    deadlines = {row.evaluated.by_s for row in rows if row.evaluated} - {None}
+    first = [_by(by_s) for by_s in deadlines if by_s is not None]
     for name in (
+        *first,
         "expected detection",
         "95 % interval",
         "found",
@@ -128,7 +136,7 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     table.add_column("planning took", justify="right")
     for row in rows:
         if row.evaluated is None:
-            table.add_row(row.method, *["-"] * 7)
+            table.add_row(row.method, *["-"] * (7 + len(first)))
         else:
             table.add_row(row.method, *_cells(row, row.evaluated))
     return table
@@ -175,6 +183,10 @@ def flights_table(evaluation: Evaluation) -> "Table":
     for name in ("", "value", "95 % interval"):
         table.add_column(name, justify="right" if name else "left")
     found, before = found_intervals(evaluation)
+    if evaluation.by_s is not None:
+        by_deadline = evaluation.found_by_probability(evaluation.by_s)
+        within = found_by_interval(evaluation, evaluation.by_s)
+        table.add_row(_by(evaluation.by_s), _share(by_deadline), _shares(within))
     seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
     expected = _seconds(evaluation.expected_detection_time_s)
     table.add_row("expected detection time", expected, " .. ".join(seconds))
@@ -182,7 +194,7 @@ def flights_table(evaluation: Evaluation) -> "Table":
         ("found", evaluation.detection_probability, found),
         ("found before its goal", evaluation.found_before_goal_probability, before),
     ):
-        table.add_row(name, _share(share), f"{_share(interval[0])} .. {_share(interval[1])}")
+        table.add_row(name, _share(share), _shares(interval))
     return table
 
 
@@ -200,7 +212,9 @@ def doctor_table(findings: Iterable[Finding]) -> "Table":
 
 def _cells(row: MethodRow, evaluated: Evaluation) -> list[str]:
     low_s, high_s = evaluated.ci95_s
+    by_s = evaluated.by_s
     return [
+        *([] if by_s is None else [_share(evaluated.found_by_probability(by_s))]),
         _seconds(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
         _share(evaluated.detection_probability),
@@ -225,6 +239,14 @@ def _seconds(seconds: float) -> str:
 
 def _short(seconds: float) -> str:
     return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+
+
+def _by(time_s: float) -> str:
+    return f"found by {clock(time_s)}"
+
+
+def _shares(interval: tuple[float, float]) -> str:
+    return f"{_share(interval[0])} .. {_share(interval[1])}"
 
 
 def _share(probability: float) -> str:

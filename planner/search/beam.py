@@ -1,21 +1,26 @@
-"""Beam search over road orders: many orders grow side by side, those of about the same time compete.
+"""Beam search: many road orders grow side by side; those of about the same time compete.
 
-An order ends where and when its last road ends, so orders of the same length are far apart in
-time and cannot be compared; orders of about the same time can. Of each stretch of time only the
-most promising go on: those whose reward so far, with what particles still unseen at that time
-usually bring, is greatest.
+Orders with equally many roads end at very different times and cannot be compared; orders that end
+at about the same time can. From each stretch of time only the most promising go on: those whose
+reward so far, with what the particles still unseen at that time usually bring, is greatest.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.detection.first_detection import columns
-from planner.search.problem import Problem
+from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.detection.first_detection import first_detection
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+from planner.search.rate import rate_order
 from planner.search.state import SearchState, candidate_legs
+from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
+
+WORK_PER_WIDTH = 100  # orders that a beam grows per unit of width, about
 
 
 @dataclass(frozen=True)
@@ -23,117 +28,189 @@ class Beam:
     """How a beam searches."""
 
     width: int  # orders that go on from each stretch of time
-    reach_m: float = 0.0  # farthest flight to the start of the next road; 0: it starts here
+    reach_m: float = 0.0  # longest flight to the start of the next road; 0: it starts here
     bucket_s: float = 50.0  # length of a stretch of time
 
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
-    """What an unseen particle usually brings from a time on: reward per unit of weight."""
+    """What unseen particles usually bring from a time on, learned from a plan's sightings."""
 
-    brings: Floats  # (B,)
-    first_s: float  # seconds
-    step_s: float  # seconds
+    brings: Floats  # (B,) reward per unit of weight
+    first_s: float  # seconds, the first entry's time
+    step_s: float  # seconds from entry to entry
 
     @classmethod
-    def of(cls, problem: Problem, seen_at: Floats, *, step_s: float = 25.0) -> "Outlook":
-        """Return what a plan with these sightings, (N,) seconds, brings from each time on."""
+    def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "Outlook":
+        """Return what the sightings of a road order have brought after each time."""
+        track = plan_of_legs(problem, "", order).tracks[0]
+        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
         first_s = problem.uavs[0].take_off_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
-        order = np.argsort(seen_at, kind="stable")
-        weight = problem.futures.weight[order]
-        reward = weight * problem.objective.reward(seen_at[order])
-        after = np.searchsorted(seen_at[order], times, side="right")
-        left = np.append(np.cumsum(weight[::-1])[::-1], 0.0)[after]
-        brings = np.append(np.cumsum(reward[::-1])[::-1], 0.0)[after]
-        per_weight = np.divide(brings, left, out=np.zeros(len(times)), where=left > 1e-12)
-        return cls(per_weight, first_s, step_s)
+        by_time = np.argsort(seen_at, kind="stable")
+        weight = problem.futures.weight[by_time]
+        after = np.searchsorted(seen_at[by_time], times, side="right")
+        left, brings = (
+            np.append(np.cumsum(amount[::-1])[::-1], 0.0)[after]
+            for amount in (weight, weight * problem.objective.reward(seen_at[by_time]))
+        )
+        share = np.divide(brings, left, out=np.zeros(len(times)), where=left > 0.0)
+        return cls(share, float(first_s), step_s)
+
+
+def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+    """Return the plan of the best of two beams, one along roads only, one with flights between.
+
+    The budget's work sets their width; the better one is chosen on the problem's judges. A tail
+    goes on after its end.
+    """
+    engine = WhatIf(problem)
+    outlook = Outlook.of(problem, rate_order(engine))
+    width = max(1, budget.work // WORK_PER_WIDTH)
+    beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
+    orders = [beam_order(engine, beam, outlook, stop=budget.stop)[0] for beam in beams]
+    plans = [
+        plan_of_legs(problem, "beam", with_tail(problem, order, engine=engine)) for order in orders
+    ]
+    return max(plans, key=lambda plan: judged(problem, plan))
+
+
+def near_m(problem: Problem) -> float:
+    """Return how far a beam may fly to the start of a next road: two roads of usual length, m."""
+    return 2.1 * float(np.median(problem.network.road_length_m))
+
+
+def judged(problem: Problem, plan: Plan) -> float:
+    """Return a plan's expected reward on the judges, or on its own particles if there are none."""
+    judges = problem.judges or problem.futures
+    seen_at = first_detection(judges, plan.tracks[0], problem.sensor.radius_m)
+    return float(judges.weight @ problem.objective.reward(seen_at))
 
 
 def beam_order(
-    problem: Problem, beam: Beam, outlook: Outlook, *, stop: Callable[[], bool] = bool
-) -> list[int]:
-    """Return the legs of the best order that a beam finds, those that see nothing at the end left out.
+    engine: WhatIf,
+    beam: Beam,
+    outlook: Outlook,
+    *,
+    start: SearchState | None = None,
+    stop: Callable[[], bool] = bool,
+) -> tuple[list[int], int]:
+    """Return the order with the greatest reward that a beam finds, and how many orders it grew.
+
+    The order is one of leg indices.
 
     Parameters
     ----------
+    start
+        Where the orders start; before take-off if not given.
     stop
-        Asked between stretches of time; the best order so far is returned once it says so.
+        Asked between stretches of time; once it says so, the best order so far is returned.
     """
-    from planner.search.kernels_beam import END, LEG, PARENT, PROMISE, REWARD, UNSEEN, grow, promise
+    from planner.search.kernels_beam import LEG, PARENT, REWARD, grow
 
-    engine, objective = WhatIf(problem), problem.objective
-    first_legs = candidate_legs(problem, SearchState.at_start(problem))
-    flights = engine.fly(SearchState.at_start(problem), first_legs)
-    many, known = len(first_legs), problem.legs
-    if many == 0:
-        return []
-    weight = problem.futures.weight
-    earned = flights.per_flight(weight[flights.particle] * objective.reward(flights.seen_at))
-    unseen = weight.sum() - flights.per_flight(weight[flights.particle])
-    tree, worth = np.full((4, 4096), -1, dtype=np.int32), np.zeros((4, 4096))
-    if many > 4096:
-        tree, worth = np.full((4, many), -1, dtype=np.int32), np.zeros((4, many))
-    tree[LEG, :many] = first_legs
-    worth[END, :many], worth[REWARD, :many], worth[UNSEEN, :many] = flights.end_s, earned, unseen
-    looks = (outlook.brings, float(outlook.first_s), float(outlook.step_s))
-    for i in range(many):
-        worth[PROMISE, i] = promise(*worth[[END, REWARD, UNSEEN], i].tolist(), looks)
-    begin_s = problem.uavs[0].take_off_s
-    buckets = int((objective.ends_s - begin_s) / beam.bucket_s) + 2
-    heads = np.full(buckets, -1, dtype=np.int32)
-    for i in range(many):
-        bucket = int((flights.end_s[i] - begin_s) / beam.bucket_s)
-        if bucket < buckets:
-            tree[2, i], heads[bucket] = heads[bucket], i
-    counts = np.array([many, 0, int(np.argmax(earned))])
-    masks = np.empty((256, (len(weight) + 7) // 8), dtype=np.uint8)
+    problem = engine.problem
+    start = start or SearchState.at_start(problem)
+    looks = (outlook.brings, outlook.first_s, outlook.step_s)
+    tree, worth, flown = _first_states(engine, start, looks)
+    known = tree.shape[1]
+    if known == 0:
+        return [], 0
+    heads = _buckets(problem, beam, start.time_s, tree, worth)
+    masks: Ints = np.empty((64, (len(problem.futures) + 7) // 8), dtype=np.uint8)
+    counts = np.array([known, 0, np.argmax(worth[REWARD])])
     setting = _setting(problem, engine, beam.reach_m)
-    by_s = np.inf if objective.by_s is None else float(objective.by_s)
-    goal = (float(objective.horizon_s), by_s, float(problem.uavs[0].landing_s))
-    flown = (flights.first.astype(np.int64), flights.particle)
-    for number in range(buckets):
-        if heads[number] < 0:
-            continue
+    for number in range(len(heads)):
         if stop():
             break
-        bucket = (number, beam.width, float(begin_s), float(beam.bucket_s))
-        tree, worth, masks, counts = grow(
-            bucket, (tree, worth, masks, heads, counts), setting, goal, looks, flown
-        )
-    order, i = [], int(counts[2])
-    while i >= 0:
-        order.append(int(tree[LEG, i]))
-        i = int(tree[PARENT, i])
-    return order[::-1]
+        bucket = (number, beam.width, start.time_s, beam.bucket_s)
+        states = (tree, worth, masks, heads, counts)
+        tree, worth, masks, counts = grow(bucket, states, setting, _goal(problem), looks, flown)
+    order, state = [], int(counts[2])
+    while state >= 0:
+        order.append(int(tree[LEG, state]))
+        state = int(tree[PARENT, state])
+    return order[::-1], int(counts[1])
 
 
-def _setting(problem: Problem, engine: WhatIf, reach_m: float):
+def _goal(problem: Problem) -> tuple[float, float, float]:
+    by_s = problem.objective.by_s
+    deadline_s = np.inf if by_s is None else float(by_s)
+    return float(problem.horizon_s), deadline_s, float(problem.uavs[0].landing_s)
+
+
+def _first_states(
+    engine: WhatIf, start: SearchState, looks: tuple[Floats, float, float]
+) -> tuple[Ints, Floats, tuple[Offsets, Ints, Flags]]:
+    """Return an order of one leg for each that can be flown first, and what they see."""
+    from planner.search.kernels_beam import END, LEG, PROMISE, REWARD, UNSEEN, promise
+
+    problem, unseen = engine.problem, np.isinf(start.seen_at)
+    flights = engine.fly(start, candidate_legs(problem, start))
+    weight = problem.futures.weight[flights.particle]
+    tree = np.full((4, len(flights.leg)), -1, dtype=np.int32)
+    worth = np.zeros((4, len(flights.leg)))
+    tree[LEG], worth[END] = flights.leg, flights.end_s
+    worth[REWARD] = flights.per_flight(weight * problem.objective.reward(flights.seen_at))
+    worth[UNSEEN] = problem.futures.weight[unseen].sum() - flights.per_flight(weight)
+    for state in worth.T:
+        state[PROMISE] = promise(state[END], state[REWARD], state[UNSEEN], looks)
+    return tree, worth, (flights.first.astype(np.int64), flights.particle, unseen)
+
+
+def _buckets(problem: Problem, beam: Beam, begin_s: float, tree: Ints, worth: Floats) -> Ints:
+    """Return the head of each stretch of time's chain of states, and link the chains."""
+    from planner.search.kernels_beam import END, NEXT
+
+    stretches = max(0, int((problem.objective.ends_s - begin_s) / beam.bucket_s)) + 1
+    heads = np.full(stretches, -1, dtype=np.int32)
+    for state, number in enumerate(((worth[END] - begin_s) / beam.bucket_s).astype(int).tolist()):
+        if number < stretches:
+            tree[NEXT, state], heads[number] = heads[number], state
+    return heads
+
+
+def _setting(problem: Problem, engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
+    """Return ways, hops, roads and world as ``kernels_beam`` takes them."""
+    legs = problem.legs
+    hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
+    leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
+    ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
+    first_hop = np.cumsum([0, *(len(near) for near, _, _ in hops)])
+    first_way = np.cumsum([0, *map(len, ways)])
+    leg, hop = np.array([way for some in ways for way in some], dtype=np.int32).reshape(-1, 2).T
+    near, bearing, offset = (np.concatenate(part) for part in zip(*hops, strict=True))
+    away_m = np.hypot(offset[:, 0], offset[:, 1])
+    directions = offset / away_m[:, None]
+    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, engine.leg_columns, problem.home_s)
+    world = (
+        engine.futures_columns,
+        engine.passages,
+        engine.sensing,
+        problem.futures.weight,
+        problem.sensor.detects_in_transit,
+    )
+    return (
+        (first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
+        (first_hop, near.astype(np.int32), bearing, directions, away_m / legs.speed_mps),
+        roads,
+        world,
+    )
+
+
+def _hops(node_xy_m: Floats, node: int, reach_m: float) -> tuple[Ints, Floats, Floats]:
+    """Return the other places within reach of a node by bearing: node, bearing, offset."""
     from planner.search.kernels import bearings_of
 
-    legs = problem.legs
-    xy = legs.node_xy_m
-    count = len(xy)
-    leaving = [np.flatnonzero(legs.from_node == node) for node in range(count)]
-    ways = ([0], [], [])
-    hops = ([0], [], [], [], [])
-    for node in range(count):
-        offset = xy - xy[node]
-        away = np.hypot(offset[:, 0], offset[:, 1])
-        near = np.flatnonzero((away <= reach_m) & (away > 0))
-        near = np.array([n for n in near if len(leaving[n])], dtype=int)
-        bearing = bearings_of(offset[near])
-        near = near[np.argsort(bearing)]
-        hops[1].extend(near); hops[2].extend(np.sort(bearing)); hops[3].extend(offset[near] / away[near, None]); hops[4].extend(away[near] / legs.speed_mps)
-        hops[0].append(len(hops[1]))
-        here = np.flatnonzero(away == 0)
-        for n in here:
-            ways[1].extend(leaving[n]); ways[2].extend([-1] * len(leaving[n]))
-        for j, n in enumerate(near):
-            ways[1].extend(leaving[n]); ways[2].extend([j] * len(leaving[n]))
-        ways[0].append(len(ways[1]))
-    W = (np.array(ways[0]), np.array(ways[1], dtype=np.int32), np.array(ways[2], dtype=np.int32))
-    H = (np.array(hops[0]), np.array(hops[1], dtype=np.int32), np.array(hops[2], dtype=float), np.array(hops[3], dtype=float).reshape(-1, 2), np.array(hops[4], dtype=float))
-    R = (legs.to_node, legs.duration_s, legs.node_xy_m, engine._legs, problem.home_s)
-    world = (engine._futures, engine._passages, engine._sensing, problem.futures.weight, problem.sensor.detects_in_transit)
-    return W, H, R, world
+    offset = node_xy_m - node_xy_m[node]
+    away_m = np.hypot(offset[:, 0], offset[:, 1])
+    near = np.flatnonzero((away_m > 0.0) & (away_m <= reach_m))
+    bearing = bearings_of(offset[near])
+    order = np.argsort(bearing, kind="stable")
+    return near[order], bearing[order], offset[near[order]]
+
+
+def _ways(node: int, near: Ints, leaving: Sequence[Ints]) -> Iterator[tuple[int, int]]:
+    """Yield each leg that can follow at a node, with the number of the hop to it, -1: none."""
+    for hop, start in [(-1, node), *enumerate(near.tolist())]:
+        for leg in leaving[start].tolist():
+            yield leg, hop

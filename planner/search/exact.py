@@ -17,14 +17,16 @@ if TYPE_CHECKING:
 
 MOST_ORDERS = 2**8 * math.factorial(8)  # 10,321,920: seconds by branch and bound, a minute flown
 STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
+TIE_SHARE = 1e-12  # probabilities this close are equal
 
 
 def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
-    """Return the plan of least E[min(tau, horizon)] over all orders and directions of the roads.
+    """Return the plan that serves the objective best, of all orders and directions of the roads.
 
     Each road is flown at most once, straight from the end of one to the start of the next; by
     branch and bound over the beginnings of orders. Roads that earn nothing on these futures come
-    last, the nearest first, for targets that the futures do not know.
+    last, the nearest first, for targets that the futures do not know; but a UAV that has to come
+    home does so at once, as what it sees on that way counts.
 
     Raises
     ------
@@ -35,7 +37,9 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     most_legs = min(roads, budget.roads)
     _refuse_too_many(roads, most_legs)
     order, _ = best_order(problem, most_legs)
-    return plan_of_legs(problem, "exact", [*order, *_nearest_next(problem, order)][:most_legs])
+    if problem.uavs[0].return_to_m is None:
+        order = (*order, *_nearest_next(problem, order))[:most_legs]
+    return plan_of_legs(problem, "exact", order)
 
 
 def number_of_orders(roads: int, flown: int | None = None) -> int:
@@ -48,10 +52,10 @@ def number_of_orders(roads: int, flown: int | None = None) -> int:
 
 
 def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float]:
-    """Return the legs, at most so many, that are worth flying, and their value in seconds.
+    """Return the legs, at most so many, that are worth flying, and the objective's value.
 
-    No order of so many legs has a value lower by more than a microsecond. How long this takes
-    depends on the net and the futures, not on ``MOST_ORDERS``.
+    No order of so many legs is better by more than a microsecond, or by 1e-12 where the value is
+    a probability. How long this takes depends on the net and the futures, not on ``MOST_ORDERS``.
     """
     from planner.search.kernels_exact import Tree, branch, search, value
 
@@ -59,18 +63,23 @@ def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float
     legs = len(case.from_node)
     states = _states(problem, case, 1 + most_legs * legs)
     tree = Tree(
-        bound_s=np.full((most_legs, legs), np.inf),
+        bound=np.full((most_legs, legs), np.inf),
         prefix=np.zeros(most_legs, np.int32),
         flown=np.zeros(legs // 2, np.bool_),
         best=np.full(most_legs, -1, np.int32),
     )
     if most_legs == 0:
-        return (), float(value(case, states, 0))
+        return (), float(_own_figure(problem, value(case, states, 0)))
     depth = 0
-    best_s = branch(case, states, tree, 0, value(case, states, 0))
+    best = branch(case, states, tree, 0, value(case, states, 0))
     while depth >= 0:
-        depth, best_s = search(case, states, tree, depth, best_s, STEPS_AT_A_TIME)
-    return tuple(int(leg) for leg in tree.best if leg >= 0), float(best_s)
+        depth, best = search(case, states, tree, depth, best, STEPS_AT_A_TIME)
+    return tuple(int(leg) for leg in tree.best if leg >= 0), float(_own_figure(problem, best))
+
+
+def _own_figure(problem: Problem, cost: Floats | float) -> Floats | float:
+    """Return the objective's figure for mean costs: seconds as they are, or a probability."""
+    return cost if problem.by_s is None else 1.0 - cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +87,14 @@ class OrderValues:
     """The value of every order and direction of R roads, in rising order of their legs."""
 
     roads: int
-    value_s: Floats  # (2^R R!,) E[min(tau, horizon)], seconds
+    value: Floats  # (2^R R!,) E[min(tau, horizon)] in seconds, or the probability by a deadline
 
     def __post_init__(self) -> None:
-        freeze(self, value_s=np.float64)
+        freeze(self, value=np.float64)
         assert len(self) == number_of_orders(self.roads)
 
     def __len__(self) -> int:
-        return len(self.value_s)
+        return len(self.value)
 
     def order(self, index: int) -> tuple[int, ...]:
         """Return the legs whose value stands at an index."""
@@ -116,10 +125,10 @@ def enumerate_orders(problem: Problem) -> OrderValues:
     case = _case(problem)
     states = _states(problem, case, roads + 1)
     alike = np.array([number_of_orders(roads - flown) for flown in range(roads + 1)])
-    value_s = np.empty((2 * roads, alike[1]))
+    costs = np.empty((2 * roads, alike[1]))
     for first in range(2 * roads):
-        fly_orders(case, states, first, alike, value_s[first])
-    return OrderValues(roads, value_s.ravel())
+        fly_orders(case, states, first, alike, costs[first])
+    return OrderValues(roads, np.asarray(_own_figure(problem, costs.ravel())))
 
 
 def _refuse_too_many(roads: int, flown: int) -> None:
@@ -149,7 +158,7 @@ def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
 
 
 def _case(problem: Problem) -> "Case":
-    from planner.search.kernels_exact import Case
+    from planner.search.kernels_exact import TIE_S, Case
 
     legs, uav, futures = problem.legs, problem.uavs[0], problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
@@ -159,7 +168,10 @@ def _case(problem: Problem) -> "Case":
     pieces = _pieces(futures.time_s, futures.x_m, futures.y_m, futures.first_knot)
     at_end = (futures.first_knot[1:] - 1)[(np.diff(futures.first_knot) > 0) & ~futures.gone]
     pieces[at_end, -1] = np.inf
-    until_s = np.where(futures.gone, futures.end_s, problem.horizon_s)
+    objective = problem.objective
+    until_s = np.where(futures.gone, futures.end_s, objective.ends_s)
+    home_m = np.full(2, np.nan) if uav.return_to_m is None else np.array(uav.return_to_m)
+    home_s = np.hypot(*(place_xy_m - home_m).T) / uav.speed_mps
     return Case(
         from_node=legs.from_node,
         to_node=legs.to_node,
@@ -168,13 +180,18 @@ def _case(problem: Problem) -> "Case":
         leg_pieces=points[inner],
         place_xy_m=place_xy_m,
         transit_s=np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps,
+        home_s=np.nan_to_num(home_s, nan=0.0),
+        home_xy_m=home_m,
         first_piece=futures.first_knot,
         pieces=pieces,
         weight=futures.weight,
-        until_s=np.minimum(until_s, problem.horizon_s),
+        until_s=np.minimum(until_s, objective.ends_s),
         speed_mps=float(uav.speed_mps),
         radius_m=float(problem.sensor.radius_m),
-        horizon_s=float(problem.horizon_s),
+        ends_s=float(objective.ends_s),
+        miss=float(objective.most),
+        timed=problem.by_s is None,
+        tie=TIE_S if problem.by_s is None else TIE_SHARE,
         landing_s=float(uav.landing_s),
         in_transit=bool(problem.sensor.detects_in_transit),
     )
@@ -201,7 +218,7 @@ def _states(problem: Problem, case: "Case", slots: int) -> "States":
     states = States(
         place=np.zeros(slots, np.int32),
         time_s=np.zeros(slots),
-        settled_s=np.zeros(slots),
+        settled=np.zeros(slots),
         open=np.zeros((slots, n), np.int32),
         opens=np.zeros(slots, np.int32),
         flight=np.zeros((longest + 1, 6)),
@@ -211,5 +228,5 @@ def _states(problem: Problem, case: "Case", slots: int) -> "States":
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
     never = 1.0 - float(problem.futures.weight[moving].sum())
-    states.settled_s[0] = max(0.0, never) * problem.horizon_s
+    states.settled[0] = max(0.0, never) * case.miss
     return states

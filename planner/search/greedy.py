@@ -15,9 +15,8 @@ from planner.futures.futures import Futures
 from planner.search.plan import Plan, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.state import Directions, SearchState, candidate_legs
+from planner.search.stepwise import TIE, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
-
-TIE = 1e-10  # of the horizon (or of all probability): closer values are equal but for rounding
 
 Resample = Callable[[int], Futures]
 
@@ -40,6 +39,8 @@ class GreedyOptions:
         What a particle not seen adds to the sum in line 28: "horizon": the horizon, as for one
         seen later; "infinity": more than all else, so that most newly seen comes first and time
         decides ties. "rate": not the sum, but what a leg takes off it per second of flight.
+        Where the objective is to find the target by a deadline, sightings by then count instead
+        of times, and only these are newly seen.
     direction
         Each road flown in its "own" direction, in "both", or from its "nearest end".
     roads
@@ -154,34 +155,26 @@ def _arg_min(
     """
     weight = problem.futures.weight[flights.particle]
     before = state.seen_at[flights.particle]
-    horizon_s = problem.horizon_s
-    alike = TIE * horizon_s
+    objective = problem.objective
     if options.miss == "infinity":
-        newly_seen = flights.per_flight(weight * np.isinf(before))
+        by_s = np.inf if objective.by_s is None else objective.by_s
+        newly_seen = flights.per_flight(weight * (np.isinf(before) & (flights.seen_at <= by_s)))
         earlier = np.where(np.isinf(before), 0.0, before) - flights.seen_at
         most = newly_seen >= newly_seen.max() - TIE
-        return _first_greatest(np.where(most, flights.per_flight(weight * earlier), -np.inf), alike)
-    gain = np.minimum(before, horizon_s) - np.minimum(flights.seen_at, horizon_s)
+        sooner = np.where(most, flights.per_flight(weight * earlier), -np.inf)
+        return first_greatest(sooner, TIE * problem.horizon_s)
+    gain = objective.reward(flights.seen_at) - objective.reward(before)
     gained = flights.per_flight(weight * gain)
+    alike = TIE * objective.most
     if options.miss == "rate":
-        lasts_s = flights.end_s - state.time_s
-        gained = np.divide(gained, lasts_s, out=np.zeros(len(gained)), where=lasts_s > 0.0)
-        alike = TIE
-    return _first_greatest(gained, alike)
-
-
-def _first_greatest(value: Floats, alike: float) -> int:
-    """Return the lowest index of the greatest values.
-
-    Ties are common: two flights that see the same particles on the same way to different roads.
-    Their sums differ by rounding, which must not decide.
-    """
-    return int(np.argmax(value >= value.max() - alike))
+        gained = rate_of(gained, flights.end_s - state.time_s)
+        alike /= problem.horizon_s
+    return first_greatest(gained, alike)
 
 
 def _over(problem: Problem, state: SearchState, options: GreedyOptions) -> bool:
     found = options.ends == "all found" and bool(np.all(np.isfinite(state.seen_at)))
-    return found or state.time_s >= problem.horizon_s
+    return found or state.time_s >= problem.objective.ends_s
 
 
 def _drawn(problem: Problem, resample: Resample | None, step: int) -> Problem:

@@ -12,6 +12,7 @@ from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.kernels import FuturesColumns
 from planner.jit import compiled
 from planner.search.kernels import (
+    Chain,
     LegColumns,
     Sensing,
     leg_sightings,
@@ -30,6 +31,8 @@ Roads: TypeAlias = tuple[Ints, Floats, Floats, LegColumns, Floats]
 # ..., weight (N,), whether the sensor is on between roads
 World: TypeAlias = tuple[FuturesColumns, PassageColumns, Sensing, Floats, bool]
 Goal: TypeAlias = tuple[float, float, float]  # horizon, deadline (inf: none), latest end; seconds
+# What the first legs see: where each one's particles start, the particles; and who was unseen.
+FirstFlights: TypeAlias = tuple[Offsets, Ints, Flags]
 Outlook: TypeAlias = tuple[Floats, float, float]  # reward per unseen weight by time; from, step
 Tree: TypeAlias = Ints  # (4, M), rows as below, -1: none
 Worth: TypeAlias = Floats  # (4, M), rows as below
@@ -76,26 +79,33 @@ def fly_ways(
     _, duration_s, node_xy_m, points, _ = roads
     futures, passages, sensing, _, in_transit = world
     begin, end = hops[0][node], hops[0][node + 1]
-    many = end - begin
-    waypoints = (np.empty(2 * many), np.empty(2 * many), np.empty(2 * many))
-    for j in range(many):
-        there = hops[1][begin + j]
-        waypoints[0][2 * j], waypoints[0][2 * j + 1] = now_s, now_s + hops[4][begin + j]
-        waypoints[1][2 * j], waypoints[1][2 * j + 1] = node_xy_m[node, 0], node_xy_m[there, 0]
-        waypoints[2][2 * j], waypoints[2][2 * j + 1] = node_xy_m[node, 1], node_xy_m[there, 1]
-    transits = (hops[2][begin:end], waypoints, hops[3][begin:end])
-    here = (now_s, node_xy_m[node, 0], node_xy_m[node, 1])
-    looking = unseen if in_transit else np.zeros(len(unseen), dtype=np.bool_)
-    head, chain = transit_sightings(here, transits, looking, futures, sensing)
-    lengths = lengths_of(head, chain)
+    if len(legs) == 1 and hop[0] >= 0:  # all other hops lead elsewhere
+        begin, end = begin + hop[0], begin + hop[0] + 1
+    many = end - begin if in_transit and hop.max() >= 0 else 0
+    head: Ints = np.empty(0, np.int32)
+    chain: Chain = (head, head, np.empty(0))
+    lengths = head
+    if many > 0:
+        waypoints = (np.empty(2 * many), np.empty(2 * many), np.empty(2 * many))
+        for j in range(many):
+            there = hops[1][begin + j]
+            waypoints[0][2 * j], waypoints[0][2 * j + 1] = now_s, now_s + hops[4][begin + j]
+            waypoints[1][2 * j], waypoints[1][2 * j + 1] = node_xy_m[node, 0], node_xy_m[there, 0]
+            waypoints[2][2 * j], waypoints[2][2 * j + 1] = node_xy_m[node, 1], node_xy_m[there, 1]
+        transits = (hops[2][begin:end], waypoints, hops[3][begin:end])
+        here = (now_s, node_xy_m[node, 0], node_xy_m[node, 1])
+        head, chain = transit_sightings(here, transits, unseen, futures, sensing)
+        lengths = lengths_of(head, chain)
     start_s, heads = np.empty(len(legs)), np.full(len(legs), -1, dtype=np.int32)
     most = 0
     for c in range(len(legs)):
         start_s[c] = now_s
         if hop[c] >= 0:
-            start_s[c] += hops[4][begin + hop[c]]
-            heads[c] = head[hop[c]]
-            most += lengths[hop[c]]
+            at = hops[0][node] + hop[c]
+            start_s[c] += hops[4][at]
+            if many > 0:
+                heads[c] = head[at - begin]
+                most += lengths[at - begin]
     spans = np.empty((len(legs), 2, 2), dtype=np.int64)
     most += most_sightings(legs, start_s, start_s + duration_s[legs], passages, spans)
     found = (np.empty(most, dtype=np.int32), np.empty(most))
@@ -141,7 +151,8 @@ def promise(end_s: float, reward: float, unseen: float, outlook: Outlook) -> flo
     brings, first_s, step_s = outlook
     at = min(max(0.0, (end_s - first_s) / step_s), len(brings) - 1.000001)
     low = int(at)
-    return reward + unseen * (brings[low] + (brings[low + 1] - brings[low]) * (at - low))
+    here, next_ = brings[low], brings[low + 1]
+    return reward + unseen * float(here + (next_ - here) * (at - low))
 
 
 @compiled
@@ -182,7 +193,7 @@ def fittest(head: int, width: int, tree: Tree, worth: Worth, to_node: Ints) -> I
 def unseen_after(
     i: int,
     states: tuple[Tree, Worth, Ints],
-    flown: tuple[Offsets, Ints],
+    flown: FirstFlights,
     setting: tuple[Ways, Hops, Roads, World],
     unseen: Flags,
 ) -> None:
@@ -191,8 +202,8 @@ def unseen_after(
     tree, worth, masks = states
     parent = tree[PARENT, i]
     if parent < 0:
-        unseen[:] = True
-        first, particle = flown
+        first, particle, unseen_at_start = flown
+        unseen[:] = unseen_at_start
         for j in range(first[i], first[i + 1]):
             unseen[particle[j]] = False
         return
@@ -214,7 +225,7 @@ def grow(
     setting: tuple[Ways, Hops, Roads, World],
     goal: Goal,
     outlook: Outlook,
-    flown: tuple[Offsets, Ints],
+    flown: FirstFlights,
 ) -> tuple[Tree, Worth, Ints, Ints]:
     """Let the fittest states of one bucket go on along every way; return the states then known.
 
@@ -226,7 +237,7 @@ def grow(
         Tree and worth, the bits of unseen particles by slot, the head of each bucket's chain,
         and three numbers: states known, slots used, the best state.
     flown
-        What the first legs see: where each one's particles start, and the particles.
+        What the orders of one leg have seen.
     """
     number, width, begin_s, bucket_s = bucket
     tree, worth, masks, heads, counts = states

@@ -18,7 +18,7 @@ from planner.detection.kernels import first_within
 from planner.jit import compiled
 
 FROM, X, Y, VX, VY, UNTIL = range(6)
-TIE_S = 1e-6  # branch and bound takes values this close for equal
+TIE_S = 1e-6  # times this close are equal
 
 
 class Case(NamedTuple):
@@ -31,13 +31,18 @@ class Case(NamedTuple):
     leg_pieces: Floats  # (Q, 6) seconds since the leg's start
     place_xy_m: Floats  # (V + 1, 2)
     transit_s: Floats  # (V + 1, V) seconds of straight flight from place to node
+    home_s: Floats  # (V + 1,) seconds of straight flight from place to the landing
     first_piece: Offsets  # (N + 1,)
     pieces: Floats  # (K, 6) of the particles, seconds on the target's clock
     weight: Floats  # (N,)
     until_s: Floats  # (N,) last second at which seeing the particle earns something
+    home_xy_m: Floats  # (2,) where the UAV has to land, NaN: anywhere
     speed_mps: float  # of the UAV
     radius_m: float
-    horizon_s: float
+    ends_s: float  # last second at which seeing any particle earns something
+    miss: float  # what a particle costs that is not seen by then
+    timed: bool  # one that is seen costs the second at which it is, else nothing
+    tie: float  # values this close are equal
     landing_s: float
     in_transit: bool  # the sensor is on between roads too
 
@@ -47,7 +52,7 @@ class States(NamedTuple):
 
     place: Ints  # (S,)
     time_s: Floats  # (S,)
-    settled_s: Floats  # (S,) sum of weight * min(tau, horizon) over all that is no longer open
+    settled: Floats  # (S,) sum of weight * cost over all that is no longer open
     open: Ints  # (S, N) first the particles that are unseen and can still be seen
     opens: Ints  # (S,) how many these are
     flight: Floats  # (F, 6) room for the pieces of one flight
@@ -58,27 +63,33 @@ def fly(case: Case, states: States, before: int, leg: int, after: int) -> bool:
     """Put the state after one leg more into slot ``after``; False if the UAV lands before."""
     transit_s = case.transit_s[states.place[before], case.from_node[leg]]
     end_s = states.time_s[before] + transit_s + case.duration_s[leg]
-    if end_s > case.landing_s:
+    if end_s + case.home_s[case.to_node[leg]] > case.landing_s:
         return False
     rows = lay_flight(case, states, before, leg)
     flight, pieces, first = states.flight, case.pieces, case.first_piece
-    settled_s = states.settled_s[before]
+    settled = states.settled[before]
     opens = 0
     for i in range(states.opens[before]):
         k = states.open[before, i]
         seen_s = first_meeting(flight, rows, pieces, (first[k], first[k + 1]), case.radius_m)
-        if seen_s <= case.horizon_s:
-            settled_s += case.weight[k] * seen_s
+        if seen_s <= case.ends_s:
+            settled += case.weight[k] * cost(case, seen_s)
         elif case.until_s[k] <= end_s:
-            settled_s += case.weight[k] * case.horizon_s
+            settled += case.weight[k] * case.miss
         else:
             states.open[after, opens] = k
             opens += 1
     states.place[after] = case.to_node[leg]
     states.time_s[after] = end_s
-    states.settled_s[after] = settled_s
+    states.settled[after] = settled
     states.opens[after] = opens
     return True
+
+
+@compiled
+def cost(case: Case, seen_s: float) -> float:
+    """Return what a particle costs that is seen in time."""
+    return seen_s if case.timed else 0.0
 
 
 @compiled
@@ -90,8 +101,7 @@ def lay_flight(case: Case, states: States, before: int, leg: int) -> int:
     if case.in_transit and start_s > depart_s:
         x, y = case.place_xy_m[place]
         to_x, to_y = case.place_xy_m[case.from_node[leg]]
-        lasts_s = start_s - depart_s
-        flight[0] = depart_s, x, y, (to_x - x) / lasts_s, (to_y - y) / lasts_s, start_s
+        lay_straight(flight, (depart_s, x, y), (start_s, to_x, to_y))
         rows = 1
     for piece in range(case.first_leg_piece[leg], case.first_leg_piece[leg + 1]):
         flight[rows] = case.leg_pieces[piece]
@@ -99,6 +109,22 @@ def lay_flight(case: Case, states: States, before: int, leg: int) -> int:
         flight[rows, UNTIL] += start_s
         rows += 1
     return rows
+
+
+@compiled
+def lay_straight(
+    flight: Floats, start: tuple[float, float, float], end: tuple[float, float, float]
+) -> None:
+    """Lay out a flight that begins straight, from one time and place to another, as a piece."""
+    lasts_s = end[0] - start[0]
+    flight[0] = (
+        start[0],
+        start[1],
+        start[2],
+        (end[1] - start[1]) / lasts_s,
+        (end[2] - start[2]) / lasts_s,
+        end[0],
+    )
 
 
 @compiled
@@ -137,11 +163,26 @@ def first_meeting(
 
 @compiled
 def value(case: Case, states: States, slot: int) -> float:
-    """Return E[min(tau, horizon)] if the UAV flies no further, seconds."""
-    rest = 0.0
+    """Return the mean cost if the UAV flies no further, but home if it has to."""
+    place, time_s = states.place[slot], states.time_s[slot]
+    home_s = case.home_s[place]
+    looks = case.in_transit and home_s > 0.0 and time_s + home_s <= case.landing_s
+    if looks:
+        x, y = case.place_xy_m[place]
+        end = (time_s + home_s, case.home_xy_m[0], case.home_xy_m[1])
+        lay_straight(states.flight, (time_s, x, y), end)
+    settled, rest = states.settled[slot], 0.0
     for i in range(states.opens[slot]):
-        rest += case.weight[states.open[slot, i]]
-    return states.settled_s[slot] + rest * case.horizon_s
+        k = states.open[slot, i]
+        seen_s = np.inf
+        if looks:
+            particle = (case.first_piece[k], case.first_piece[k + 1])
+            seen_s = first_meeting(states.flight, 1, case.pieces, particle, case.radius_m)
+        if seen_s <= case.ends_s:
+            settled += case.weight[k] * cost(case, seen_s)
+        else:
+            rest += case.weight[k]
+    return settled + rest * case.miss
 
 
 @compiled
@@ -220,28 +261,29 @@ def first_in_reach(
 
 
 @compiled
-def completion_bound(case: Case, states: States, slot: int, enough_s: float) -> float:
-    """Return seconds below which no continuation of a prefix can come.
+def completion_bound(case: Case, states: States, slot: int, enough: float) -> float:
+    """Return the mean cost below which no continuation of a prefix can come.
 
     Every open particle counts the first second at which the UAV could meet it if it had nothing
-    else to do. The sum may stop short once it has reached ``enough_s``.
+    else to do. The sum may stop short once it has reached ``enough``.
     """
     place, time_s = states.place[slot], states.time_s[slot]
-    latest_s = min(case.horizon_s, case.landing_s)
-    bound_s = states.settled_s[slot]
+    latest_s = min(case.ends_s, case.landing_s)
+    bound = states.settled[slot]
     for i in range(states.opens[slot]):
         k = states.open[slot, i]
         meeting_s = earliest_meeting(case, place, time_s, k)
-        bound_s += case.weight[k] * (meeting_s if meeting_s <= latest_s else case.horizon_s)
-        if bound_s >= enough_s:
+        in_time = meeting_s <= latest_s
+        bound += case.weight[k] * (cost(case, meeting_s) if in_time else case.miss)
+        if bound >= enough:
             break
-    return bound_s
+    return bound
 
 
 class Tree(NamedTuple):
     """Where branch and bound stands; D legs at most."""
 
-    bound_s: Floats  # (D, L) of the prefix at hand of d legs and one leg more; inf: nothing to do
+    bound: Floats  # (D, L) of the prefix at hand of d legs and one leg more; inf: nothing to do
     prefix: Ints  # (D,) the prefix at hand
     flown: Flags  # (R,) its roads
     best: Ints  # (D,) the best order so far, then -1
@@ -254,28 +296,28 @@ def slot_of(case: Case, depth: int, leg: int) -> int:
 
 
 @compiled
-def branch(case: Case, states: States, tree: Tree, depth: int, best_s: float) -> float:
+def branch(case: Case, states: States, tree: Tree, depth: int, best: float) -> float:
     """Fly every leg that can follow the prefix at hand, bound what follows; return the best."""
     before = slot_of(case, depth - 1, tree.prefix[depth - 1]) if depth > 0 else 0
-    tree.bound_s[depth] = np.inf
+    tree.bound[depth] = np.inf
     for leg in range(len(case.from_node)):
         after = slot_of(case, depth, leg)
         if tree.flown[leg // 2] or not fly(case, states, before, leg, after):
             continue
-        value_s = value(case, states, after)
-        if value_s < best_s:
-            best_s = value_s
+        ending_here = value(case, states, after)
+        if ending_here < best:
+            best = ending_here
             tree.best[:depth] = tree.prefix[:depth]
             tree.best[depth] = leg
             tree.best[depth + 1 :] = -1
         if depth + 1 < len(tree.prefix) and states.opens[after] > 0:
-            tree.bound_s[depth, leg] = completion_bound(case, states, after, best_s)
-    return best_s
+            tree.bound[depth, leg] = completion_bound(case, states, after, best)
+    return best
 
 
 @compiled
 def search(
-    case: Case, states: States, tree: Tree, depth: int, best_s: float, steps: int
+    case: Case, states: States, tree: Tree, depth: int, best: float, steps: int
 ) -> tuple[int, float]:
     """Look for the order of least value, depth first, the lowest bound first.
 
@@ -283,8 +325,8 @@ def search(
     ----------
     depth
         Where the search stands: 0 to begin with.
-    best_s
-        The value of ``tree.best``, seconds.
+    best
+        The mean cost of ``tree.best``.
     steps
         After so many prefixes it pauses, to go on where it stood when called again.
 
@@ -294,16 +336,16 @@ def search(
         The new depth, -1 if ``tree.best`` is proven best, and the new value.
     """
     for _ in range(steps):
-        leg = np.argmin(tree.bound_s[depth])
-        if tree.bound_s[depth, leg] < best_s - TIE_S:
-            tree.bound_s[depth, leg] = np.inf
+        leg = np.argmin(tree.bound[depth])
+        if tree.bound[depth, leg] < best - case.tie:
+            tree.bound[depth, leg] = np.inf
             tree.prefix[depth] = leg
             tree.flown[leg // 2] = True
             depth += 1
-            best_s = branch(case, states, tree, depth, best_s)
+            best = branch(case, states, tree, depth, best)
         else:
             depth -= 1
             if depth < 0:
                 break
             tree.flown[tree.prefix[depth] // 2] = False
-    return depth, best_s
+    return depth, best

@@ -30,6 +30,7 @@ class Method:
     summary: str  # one line
     simulates: bool  # it plans by simulation, for which the UAV's take-off has to wait
     load: Callable[[], Planner]
+    chooses: bool = False  # between plans, on particles that had no part in making them
 
 
 def _exhaustive() -> Planner:
@@ -56,6 +57,36 @@ def _greedy() -> Planner:
     return greedy
 
 
+def _rate() -> Planner:
+    from planner.search.rate import rate
+
+    return rate
+
+
+def _lookahead() -> Planner:
+    from planner.search.lookahead import lookahead
+
+    return lookahead
+
+
+def _best() -> Planner:
+    from planner.search.best import best
+
+    return best
+
+
+def _beam() -> Planner:
+    from planner.search.beam import beam
+
+    return beam
+
+
+def _lns() -> Planner:
+    from planner.search.lns import lns
+
+    return lns
+
+
 def _wait() -> Planner:
     from planner.search.wait import wait
 
@@ -75,7 +106,12 @@ def _exact() -> Planner:
 
 
 METHODS = (
+    Method("best", "ever wider beams, polished, the best of all chosen", True, _best, chooses=True),
+    Method("beam", "many road orders side by side", True, _beam, chooses=True),
+    Method("lns", "rate's order, cut and repaired again and again", True, _lns),
     Method("greedy", "the paper's what-if simulations, one road after the other", True, _greedy),
+    Method("rate", "the leg that earns most per second of flight, then the next", True, _rate),
+    Method("lookahead", "the pair of legs that earns most per second", True, _lookahead),
     Method("exact", "the best of all orders and directions of a small net", True, _exact),
     Method("exhaustive", "every road once, in topological order", False, _exhaustive),
     Method(

@@ -1,5 +1,6 @@
 """What a planner is asked: a network, futures on it, UAVs, and what counts as success."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -44,6 +45,7 @@ class Problem:
     sensor: Sensor
     horizon_s: float  # a target not seen by then counts as this much
     by_s: float | None = None  # None: least expected time; else most probably found by then
+    judges: Futures | None = None  # other particles, on which plans are chosen between
 
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
@@ -71,9 +73,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Budget:
-    """How much a planner may do."""
+    """How much a planner may do; in units of work, so that the same budget gives the same plan."""
 
     roads: int = 16  # at most so many legs in the plan ("depth")
+    work: int = 10_000  # road orders that methods with a choice between orders may grow
+    stop: Callable[[], bool] = bool  # asked often; once it says so, the best so far is returned
+    told: Callable[[float, int], None] | None = None  # hears the best value and the work done
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,11 +77,13 @@ def candidate_legs(
         Each road in its "own" direction, in "both", or from its "nearest end", seen from the
         UAV's place (the own direction if both are equally near).
     removed
-        Roads that are not flown any more. Legs that would end after the UAV's landing never are.
+        Roads that are not flown any more. Legs from whose end the UAV could not come home
+        before its landing never are.
     """
     legs = problem.legs
     transit_s = legs.transit_s(state.x_m, state.y_m)
-    allowed = state.time_s + transit_s + legs.duration_s <= problem.uavs[0].landing_s
+    end_s = state.time_s + transit_s + legs.duration_s
+    allowed = end_s + problem.home_s[legs.to_node] <= problem.uavs[0].landing_s
     allowed[[leg for road in removed for leg in (2 * road, 2 * road + 1)]] = False
     if directions == "own":
         allowed[1::2] = False

@@ -13,14 +13,19 @@ def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     """Return the plan that flies to where most targets end and waits there until the horizon.
 
     Neither budget nor chance changes it. Targets that vanish at their end are seen there as they
-    arrive.
+    arrive. If the target has to be found by a deadline, the UAV waits where most are then, of
+    the places that it can reach by then.
 
     Raises
     ------
     NotApplicableError
         If no particle ever sets out.
     """
-    x_m, y_m = busiest_end(problem.futures, problem.sensor.radius_m)
+    futures, radius_m = problem.futures, problem.sensor.radius_m
+    if problem.by_s is None:
+        x_m, y_m = busiest_end(futures, radius_m)
+    else:
+        x_m, y_m = busiest_by(problem, problem.by_s)
     return plan_of_wait(problem, "wait", x_m, y_m)
 
 
@@ -33,14 +38,31 @@ def busiest_end(futures: Futures, radius_m: float) -> tuple[float, float]:
     if not some.any():
         raise NotApplicableError("no particle ever sets out, so there is no end to wait at")
     last = futures.first_knot[1:][some] - 1
-    ends, first, which = np.unique(
-        np.stack([futures.x_m[last], futures.y_m[last]], axis=1),
-        axis=0,
-        return_index=True,
-        return_inverse=True,
-    )
+    ends = np.stack([futures.x_m[last], futures.y_m[last]], axis=1)
+    return _busiest(ends, futures.weight[some], radius_m)
+
+
+def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
+    """Return the same for where particles are at a time, or ended before, and the UAV can be.
+
+    If the UAV can reach none of these places by then, all of them count.
+    """
+    futures, uav = problem.futures, problem.uavs[0]
+    until_s = np.minimum(futures.end_s, time_s)
+    places = np.array([futures.xy(k, until_s[k]) for k in range(len(futures))]).reshape(-1, 2)
+    there = np.isfinite(places[:, 0])
+    if not there.any():
+        raise NotApplicableError(f"no particle sets out by {time_s:g} s, so nothing to wait for")
+    away_m = np.hypot(places[:, 0] - uav.x_m, places[:, 1] - uav.y_m)
+    in_reach = away_m <= uav.speed_mps * (time_s - uav.take_off_s)  # False for NaN
+    chosen = in_reach if in_reach.any() else there
+    return _busiest(places[chosen], futures.weight[chosen], problem.sensor.radius_m)
+
+
+def _busiest(places: Floats, weight_of: Floats, radius_m: float) -> tuple[float, float]:
+    ends, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
     weight = np.zeros(len(ends))
-    np.add.at(weight, which.ravel(), futures.weight[some])
+    np.add.at(weight, which.ravel(), weight_of)
     near = np.array([_weight_near(end, ends, weight, radius_m) for end in ends])
     best = min(np.flatnonzero(near >= near.max() * (1.0 - 1e-12)), key=lambda i: int(first[i]))
     return float(ends[best, 0]), float(ends[best, 1])

@@ -65,13 +65,13 @@ class WhatIf:
 
         legs, sensor = problem.legs, problem.sensor
         self.problem = problem
-        self._futures = columns(problem.futures)
-        self._legs = (legs.first_point, legs.after_s, legs.x_m, legs.y_m)
-        self._passages = passages(problem)
-        self._sensing = (
+        self.futures_columns = columns(problem.futures)
+        self.leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m)
+        self.passages = passages(problem)
+        self.sensing = (
             float(sensor.radius_m),
             float(legs.speed_mps),
-            float(fastest(self._futures)),
+            float(fastest(self.futures_columns)),
         )
 
     def fly(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Sightings:
@@ -94,12 +94,12 @@ class WhatIf:
         start_s = start_at_node[nodes]
         end_s = start_s + known.duration_s[wanted]
         spans = np.empty((len(wanted), 2, 2), dtype=np.int64)
-        most = most_sightings(wanted, start_s, end_s, self._passages, spans)
+        most = most_sightings(wanted, start_s, end_s, self.passages, spans)
         most += int(counts[nodes].sum())
         found = (np.empty(most, dtype=np.int32), np.empty(most))
-        world = (self._futures, self._passages, self._sensing[0])
+        world = (self.futures_columns, self.passages, self.sensing[0])
         flights = (wanted, start_s, heads[nodes], spans)
-        count = leg_sightings(flights, look_for, self._legs, world, chain, found)
+        count = leg_sightings(flights, look_for, self.leg_columns, world, chain, found)
         first = np.concatenate(([0], spans[:, 1, 1]))
         return Sightings(wanted, start_s, end_s, first, found[0][:count], found[1][:count])
 
@@ -117,7 +117,7 @@ class WhatIf:
         node_xy_m = self.problem.legs.node_xy_m
         offset = node_xy_m - place[1:]
         away_m = np.hypot(offset[:, 0], offset[:, 1])
-        arrive_s = place[0] + away_m / self._sensing[1]
+        arrive_s = place[0] + away_m / self.sensing[1]
         asked = np.zeros(len(node_xy_m), dtype=np.bool_)
         if self.problem.sensor.detects_in_transit:
             asked[nodes] = offset[nodes].any(axis=1)
@@ -132,7 +132,7 @@ class WhatIf:
         flat = waypoints.reshape(3, -1)
         ways = offset[ends] / away_m[ends, None]
         transits = (bearings[order], (flat[0], flat[1], flat[2]), ways)
-        head, chain = transit_sightings(place, transits, unseen, self._futures, self._sensing)
+        head, chain = transit_sightings(place, transits, unseen, self.futures_columns, self.sensing)
         heads, counts = np.full((2, len(node_xy_m)), [[-1], [0]], dtype=np.int32)
         heads[ends], counts[ends] = head, lengths_of(head, chain)
         return arrive_s, heads, chain, counts
@@ -154,9 +154,9 @@ class WhatIf:
             (float(state.time_s), float(state.x_m), float(state.y_m)),
             (wanted, start_s),
             look_for,
-            self._legs,
-            self._futures,
-            (self._sensing[0], float(tick_s), self.problem.sensor.detects_in_transit),
+            self.leg_columns,
+            self.futures_columns,
+            (self.sensing[0], float(tick_s), self.problem.sensor.detects_in_transit),
         )
         flight, particle = np.nonzero(np.isfinite(seen_at))
         first = np.searchsorted(flight, np.arange(len(wanted) + 1))

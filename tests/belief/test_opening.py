@@ -132,6 +132,7 @@ def test_town_has_no_room_for_long_distances(town: Path) -> None:
         ("target.turning={CE={AB=1}}", "target.turning.CE.AB: CE does not lead to AB; it has no"),
         ("truth.start=['DG']", "truth.start.DG: has no way on; choose"),
         ("truth.distance_m={constant=6000}", "truth.distance_m: reaches to 6000 m, but AB is 5000"),
+        ("uav.return_to={node='X'}", "uav.return_to.node: X is not a node of the network; known:"),
         ("uav.start={node='X'}", "uav.start.node: X is not a node of the network; known: A, B"),
     ],
 )

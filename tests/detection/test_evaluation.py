@@ -40,6 +40,12 @@ def test_the_horizon_itself_is_in_time_and_the_goal_is_not() -> None:
     assert late_goal.found_before_goal_probability == pytest.approx(0.5)
 
 
+def test_found_by_a_time() -> None:
+    result = evaluation([10, 30, NEVER, 200], [0.4, 0.2, 0.3, 0.1])
+    shares = [result.found_by_probability(time_s) for time_s in (9.9, 10, 29, 30, 100, 1e9)]
+    assert shares == pytest.approx([0, 0.4, 0.4, 0.6, 0.6, 0.6])  # nothing after the horizon
+
+
 def test_detection_curve() -> None:
     times, probability = evaluation([30, 10, NEVER, 30, 101], [0.1, 0.2, 0.3, 0.2, 0.2]).curve()
     assert times.tolist() == [10, 30]

@@ -15,7 +15,7 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem, Uav
 
 
-def written(path: Path, *, transit: bool) -> dict[str, object]:
+def written(path: Path, *, transit: bool, by_s: float | None = None) -> dict[str, object]:
     network = figure3()
     routes = [["AB", "BC", "CE"], ["AB", "BD", "DG"], ["AB", "BC", "CF"]]
     futures = physics_futures(
@@ -24,7 +24,7 @@ def written(path: Path, *, transit: bool) -> dict[str, object]:
     uav = Uav(x_m=-30_000.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0)
     asked = Problem(network, futures, (uav,), Sensor(200.0, transit), 3_600.0)
     plan = plan_of_legs(asked, "by hand", [0, 5, 2, 9])
-    evaluation = evaluate(plan.tracks, futures, asked.sensor, asked.horizon_s)
+    evaluation = evaluate(plan.tracks, futures, asked.sensor, asked.horizon_s, by_s=by_s)
     content = plan_content(
         plan, network, sensor=asked.sensor, planned=evaluation, evaluated=evaluation, seed=1
     )
@@ -47,6 +47,21 @@ def test_the_file_alone_reproduces_the_figures(tmp_path: Path, transit: bool) ->
     assert [leg.leg for leg in stored.plan.legs[0]] == [0, 5, 2, 9]
     windows = len(stored.plan.tracks[0].sensor_on)
     assert windows == 1 if transit else windows > 1
+
+
+def test_the_objective_stands_beside_its_value(tmp_path: Path) -> None:
+    timed = written(tmp_path / "plan.json", transit=True)["evaluated"]
+    assert isinstance(timed, dict)
+    assert timed["objective"] == "time"
+    assert "found_by_s" not in timed
+    assert read_plan(tmp_path / "plan.json", figure3()).by_s is None
+    content = written(tmp_path / "plan.json", transit=True, by_s=400.0)
+    for part in ("planned", "evaluated"):
+        figures = content[part]
+        assert isinstance(figures, dict)
+        assert (figures["objective"], figures["found_by_s"]) == ("probability", 400.0)
+        assert 0 < figures["found_by_probability"] < figures["detection_probability"]
+    assert read_plan(tmp_path / "plan.json", figure3()).by_s == 400.0
 
 
 def test_legs_name_roads_and_nodes_in_flying_direction(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.detection.evaluation import Evaluation
-from planner.report.intervals import found_intervals, share_interval
+from planner.report.intervals import found_by_interval, found_intervals, share_interval
 
 
 @pytest.mark.parametrize("truth", [0.02, 0.3, 0.5, 0.97])
@@ -37,3 +37,11 @@ def test_an_absent_target_adds_no_doubt() -> None:
     assert present[0] == pytest.approx(share_interval(0.5, 4))
     assert present[1] == pytest.approx(share_interval(0.25, 4))
     assert found(0.0) == ((0.0, 0.0), (0.0, 0.0))
+
+
+def test_found_by_a_time() -> None:
+    seen_s = np.array([10.0, 60.0, np.inf, np.inf])
+    result = Evaluation(seen_s, np.full(4, 0.2), np.full(4, 50.0), 100.0)
+    assert found_by_interval(result, 100.0) == pytest.approx(found_intervals(result)[0])
+    expected = 0.8 * np.array(share_interval(0.25, 4))
+    assert found_by_interval(result, 30.0) == pytest.approx(tuple(expected))

@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,21 @@ def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
     assert "19 ms" in text
     assert set(line(text, "exact")[1:]) == {"-"}
     assert reasons(rows) == ["exact: 60 roads are too many"]
+
+
+def test_a_deadline_has_its_own_line_and_column(printed: Callable[[object], str]) -> None:
+    planned, fresh = (replace(result, by_s=240.0) for result in (PLANNED, FRESH))
+    row = MethodRow("greedy", planned, fresh, roads=7)
+    assert line(printed(plan_table(row)), "found by")[:3] == [
+        "found by 0:04:00",
+        "50.0 %",
+        "10.0 %",
+    ]
+    assert line(printed(flights_table(fresh)), "found by")[1] == "10.0 %"
+    table = printed(compare_table([row, MethodRow("exact", why_not="no")]))
+    assert "found by" in table
+    assert line(table, "greedy")[1:3] == ["10.0 %", "395 s"]
+    assert "found by" not in printed(compare_table([ROW]))
 
 
 def test_where(printed: Callable[[object], str]) -> None:

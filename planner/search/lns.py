@@ -1,0 +1,66 @@
+"""Large neighbourhood search: cut a road order at a random place, and find a better way on.
+
+What a leg sees depends on when it is flown, so an order cannot be mended in its middle without
+shifting all that follows. What follows a cut is therefore found anew by a narrow beam, from the
+state in which the cut leaves the search.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.search.beam import Beam, Outlook, beam_order, near_m
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+from planner.search.rate import rate_order
+from planner.search.state import SearchState
+from planner.search.tail import with_tail
+from planner.search.what_if import WhatIf
+
+WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
+
+
+def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
+    """Return the plan of ``rate``, polished by as many repairs as the budget's work allows."""
+    engine = WhatIf(problem)
+    order = polished(engine, rate_order(engine), budget, rng)
+    return plan_of_legs(problem, "lns", with_tail(problem, order, engine=engine))
+
+
+def polished(
+    engine: WhatIf, order: Sequence[int], budget: Budget, rng: np.random.Generator
+) -> Sequence[int]:
+    """Return an order with at least the reward of the given one on the problem's particles."""
+    states = _states(engine, order)
+    reward, done = _reward(engine, states[-1]), 0
+    while done < budget.work and len(order) > 1 and not budget.stop():
+        cut = int(rng.integers(len(order)))
+        reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
+        beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
+        outlook = Outlook.of(engine.problem, order)
+        rest, work = beam_order(engine, beam, outlook, start=states[cut], stop=budget.stop)
+        done += max(1, work)
+        repaired = [*order[:cut], *rest]
+        after = _states(engine, rest, states[cut])
+        if _reward(engine, after[-1]) > reward:
+            order, states, reward = repaired, [*states[:cut], *after], _reward(engine, after[-1])
+            if budget.told:
+                budget.told(engine.problem.objective.value(reward), done)
+    return order
+
+
+def _states(
+    engine: WhatIf, order: Sequence[int], start: SearchState | None = None
+) -> list[SearchState]:
+    """Return the states before each leg of an order and after the last one."""
+    states = [start or SearchState.at_start(engine.problem)]
+    for leg in order:
+        flight = engine.fly(states[-1], np.array([leg]))
+        seen_at = np.minimum(states[-1].seen_at, flight.seen(0, len(states[-1].seen_at)))
+        states.append(states[-1].after(engine.problem, leg, seen_at))
+    return states
+
+
+def _reward(engine: WhatIf, state: SearchState) -> float:
+    problem = engine.problem
+    return float(problem.futures.weight @ problem.objective.reward(state.seen_at))

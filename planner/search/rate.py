@@ -1,0 +1,45 @@
+"""Gain per second of flight: the leg that earns most for its time, then the next."""
+
+import numpy as np
+
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Budget, Problem
+from planner.search.state import SearchState
+from planner.search.stepwise import (
+    after_flight,
+    earned,
+    first_fastest,
+    legs_ahead,
+    rate_of,
+    stepwise,
+    toward_next,
+)
+from planner.search.tail import with_tail
+from planner.search.what_if import WhatIf
+
+
+def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+    """Return the plan that always flies the leg with the greatest gain per second of flight.
+
+    Roads are flown in both directions and may be flown again, until the horizon: it is time that
+    bounds the plan, not the budget's roads. Ties go to the lowest leg index.
+    """
+    engine = WhatIf(problem)
+    return plan_of_legs(problem, "rate", with_tail(problem, rate_order(engine), engine=engine))
+
+
+def rate_order(engine: WhatIf) -> tuple[int, ...]:
+    """Return the legs that ``rate`` flies before its tail."""
+    return stepwise(engine, SearchState.at_start(engine.problem), fastest_gain).order
+
+
+def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:
+    """Return the state after the leg that earns most per second, or nearer to what is unseen."""
+    problem = engine.problem
+    legs = legs_ahead(problem, state)
+    flights = engine.fly(state, legs)
+    gained = earned(problem, flights)
+    if not gained.any():
+        return toward_next(engine, state)
+    rates = rate_of(gained, flights.end_s - state.time_s)
+    return after_flight(problem, state, flights, first_fastest(problem, rates))

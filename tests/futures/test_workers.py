@@ -1,0 +1,62 @@
+"""Processes that work for this one."""
+
+import math
+import operator
+import os
+import time
+
+import pytest
+
+from planner.errors import SumoError
+from planner.futures import workers
+
+
+@pytest.fixture(autouse=True)
+def _none_left() -> None:
+    workers.dismiss()
+
+
+def test_answers_come_in_the_order_of_the_tasks() -> None:
+    numbers = [float(n) for n in range(40)]
+    answers = workers.in_processes(math.sqrt, numbers, workers=3)
+    assert list(answers) == [math.sqrt(n) for n in numbers]
+
+
+def test_processes_are_used_again() -> None:
+    first, second = (
+        set(workers.in_processes(operator.methodcaller("__call__"), [os.getpid] * 8, workers=2))
+        for _ in range(2)
+    )
+    assert first | second == first
+    assert os.getpid() not in first
+
+
+def test_no_more_processes_than_tasks() -> None:
+    assert list(workers.in_processes(abs, [-1], workers=50)) == [1]
+    assert len(workers._all) == 1
+
+
+def test_an_error_is_raised_here_and_ends_the_others() -> None:
+    begun = time.monotonic()
+    with pytest.raises(ValueError, match="math domain") as raised:
+        list(workers.in_processes(math.sqrt, [4.0, -1.0, 9.0], workers=1))
+    assert "Traceback" in raised.value.__notes__[0]
+    assert not workers._all
+    assert time.monotonic() - begun < 20
+
+
+def test_a_process_that_dies_is_told_of() -> None:
+    with pytest.raises(SumoError, match="ended with code 3"):
+        list(workers.in_processes(os._exit, [3], workers=1))
+    assert list(workers.in_processes(abs, [-2], workers=1)) == [2]
+
+
+def test_what_a_task_prints_does_not_get_in_between() -> None:
+    assert list(workers.in_processes(print, ["hello", "there"], workers=1)) == [None, None]
+
+
+def test_stopping_early_ends_the_processes() -> None:
+    answers = workers.in_processes(abs, [-1, -2, -3], workers=1)
+    assert next(answers) == 1
+    answers.close()  # type: ignore[attr-defined]
+    assert not workers._all

@@ -1,0 +1,156 @@
+"""Beams, repairs and the portfolio against enumeration and against each other."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from instances import figure3, physics_futures
+from planner.detection.first_detection import first_detection
+from planner.detection.track import Sensor
+from planner.search.beam import Beam, Outlook, beam, beam_order
+from planner.search.best import best
+from planner.search.exact import best_order
+from planner.search.lns import lns, polished
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Budget, Problem, Uav
+from planner.search.rate import rate, rate_order
+from planner.search.state import SearchState
+from planner.search.what_if import WhatIf
+from planner.streams import stream
+from search_instances import random_problem
+
+PATHS = (["AB", "BC", "CE"], ["AB", "BC", "CF"], ["AB", "BD", "DF"], ["AB", "BD", "DG"])
+
+
+def section4(*, gone: bool = False, start_km: float = 30.0, take_off_s: float = 0.0) -> Problem:
+    """The 100 futures of Section 4.1."""
+    speeds = np.repeat(np.arange(6.0, 31.0), 4)
+    futures = physics_futures(
+        figure3(), list(PATHS) * 25, np.zeros(100), speeds, horizon_s=3_600.0, gone=gone
+    )
+    uav = Uav(x_m=-1_000.0 * start_km, y_m=0.0, take_off_s=take_off_s, speed_mps=100.0)
+    return Problem(figure3(), futures, (uav,), Sensor(200.0), 3_600.0)
+
+
+def reward(problem: Problem, order: list[int]) -> float:
+    """What an order earns, by the detection along its whole track."""
+    track = plan_of_legs(problem, "", order).tracks[0]
+    seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+    return float(problem.futures.weight @ problem.objective.reward(seen_at))
+
+
+def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
+    """Every order that goes on from another one along roads, until no leg begins in time."""
+    yield order
+    legs, track = problem.legs, plan_of_legs(problem, "", order).tracks[0]
+    if order and track.end_s >= problem.objective.ends_s:
+        return
+    for leg in range(len(legs)):
+        if not order or legs.from_node[leg] == legs.to_node[order[-1]]:
+            longer = [*order, leg]
+            if len(plan_of_legs(problem, "", longer).legs[0]) == len(longer):
+                yield from orders(problem, longer)
+
+
+@pytest.mark.parametrize("by_s", [None, 520.0])
+@pytest.mark.parametrize("gone", [False, True])
+def test_a_beam_that_drops_nothing_finds_the_best_way_along_roads(
+    by_s: float | None, gone: bool
+) -> None:
+    problem = section4(gone=gone).replace(horizon_s=600.0, by_s=by_s)
+    engine = WhatIf(problem)
+    most = max(reward(problem, order) for order in orders(problem, []))
+    found, grown = beam_order(engine, Beam(10**6, bucket_s=1.0), _outlook(problem))
+    assert reward(problem, found) == pytest.approx(most, rel=1e-9)
+    assert grown > 5
+
+
+def _outlook(problem: Problem) -> Outlook:
+    return Outlook.of(problem, rate_order(WhatIf(problem)))
+
+
+def test_a_beam_goes_on_from_where_a_search_stands() -> None:
+    problem = section4().replace(horizon_s=560.0)
+    engine = WhatIf(problem)
+    first = 0
+    seen = engine.fly(SearchState.at_start(problem), np.array([first])).seen(0, 100)
+    start = SearchState.at_start(problem).after(problem, first, seen)
+    rest, _ = beam_order(engine, Beam(10**6, bucket_s=1.0), _outlook(problem), start=start)
+    most = max(reward(problem, order) for order in orders(problem, [first]))
+    assert reward(problem, [first, *rest]) >= most * (1 - 1e-9)  # it may fly to its next road
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_repairs_never_make_it_worse_and_repeat(seed: int) -> None:
+    problem = random_problem(seed)
+    engine = WhatIf(problem)
+    order = list(rate_order(engine))
+    budget = Budget(work=60)
+    twice = [list(polished(engine, order, budget, stream(seed, "lns"))) for _ in range(2)]
+    assert twice[0] == twice[1]
+    assert reward(problem, twice[0]) >= reward(problem, order) * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("gone", [False, True])
+@pytest.mark.parametrize(("start_km", "take_off_s"), [(30, 0), (60, 0), (100, 300)])
+def test_best_is_at_most_the_optimum_over_once_per_road_orders(
+    gone: bool, start_km: float, take_off_s: float
+) -> None:
+    problem = section4(gone=gone, start_km=start_km, take_off_s=take_off_s)
+    _, optimum_s = best_order(problem, 7)
+    plan = best(problem, budget=Budget(work=60), rng=stream(1, "best"))
+    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    assert problem.futures.weight @ np.minimum(seen_at, 3_600.0) <= optimum_s + 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_best_is_the_best_on_its_own_particles_without_judges(seed: int) -> None:
+    problem = random_problem(seed)
+    values = {}
+    for planner in (best, beam, lns, rate):
+        plan = planner(problem, budget=Budget(work=60), rng=stream(seed, "p"))
+        seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+        values[plan.method] = problem.futures.weight @ problem.objective.reward(seen_at)
+    assert values["best"] >= values["rate"] * (1 - 1e-12)
+    assert values["lns"] >= values["rate"] * (1 - 1e-12)
+
+
+def test_judges_decide() -> None:
+    problem = section4()
+    only = problem.futures.take(np.arange(100) % 4 == 0)  # all of them go to E
+    judges = replace(only, weight=np.full(len(only), 1 / len(only)))
+    judged, own = (
+        best(asked, budget=Budget(work=60), rng=stream(1, "best"))
+        for asked in (problem.replace(judges=judges), problem)
+    )
+    seen = [
+        first_detection(judges, plan.tracks[0], 200.0).clip(max=3_600.0).mean()
+        for plan in (judged, own)
+    ]
+    assert seen[0] <= seen[1]
+
+
+def test_best_returns_what_it_has_when_it_is_stopped() -> None:
+    problem = section4(start_km=60.0)
+    heard: list[float] = []
+
+    def told(value: float, _: int) -> None:
+        heard.append(value)
+        if len(heard) == 2:
+            raise KeyboardInterrupt
+
+    plan = best(problem, budget=Budget(work=10**6, told=told), rng=stream(1, "best"))
+    assert len(plan.legs[0]) > 0
+    assert heard == sorted(heard, reverse=True)
+    stopped = best(problem, budget=Budget(work=10**6, stop=lambda: True), rng=stream(1, "best"))
+    assert len(stopped.legs[0]) > 0
+
+
+def test_beams_land_in_time() -> None:
+    problem = section4()
+    uav = replace(problem.uavs[0], max_flight_time_s=700.0)
+    plan = beam(problem.replace(uavs=(uav,)), budget=Budget(work=60), rng=stream(1, "b"))
+    assert plan.tracks[0].end_s <= 700.0
+    assert len(plan.legs[0]) > 0

@@ -1,0 +1,92 @@
+"""The tools that measure and verify answer, and say what they mean."""
+
+import json
+import os
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+TOOLS = Path(__file__).parents[1] / "tools"
+
+
+def run(tool: str, *options: str) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"COLUMNS": "140"}
+    command = [sys.executable, str(TOOLS / tool), *options]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+
+@pytest.fixture
+def paper_table(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(TOOLS))
+    return import_module("paper_table")
+
+
+@pytest.mark.parametrize("tool", ["benchmark.py", "paper_table.py", "verify.py", "make_grid.py"])
+def test_help(tool: str) -> None:
+    done = run(tool, "--help")
+    assert done.returncode == 0
+    assert done.stdout.startswith(f"usage: {tool}")
+
+
+def test_benchmark_measures_one_section(tmp_path: Path) -> None:
+    done = run("benchmark.py", "--only", "help", "--repeats", "3", "--json", str(tmp_path / "b"))
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "b").read_text())
+    (figure,) = told["figures"]
+    assert (figure["section"], figure["at_most"]) == ("help", 0.3)
+    assert len(figure["values"]) == 3
+    assert 0 < figure["median"] == sorted(figure["values"])[1]
+    assert told["machine"]["cores"] == os.cpu_count()
+    assert "planner --help" in done.stdout
+
+
+def test_paper_table_through_verify(tmp_path: Path) -> None:
+    small = ("--seeds", "1", "--particles", "50", "--targets", "50", "--u0-km", "700")
+    methods = ("--only", "wait", "--only", "exhaustive")
+    done = run("verify.py", "--paper-table", *small, *methods, "--json", str(tmp_path / "rows"))
+    assert done.returncode == 0, done.stderr
+    rows = {one["method"]: one for one in json.loads((tmp_path / "rows").read_text())}
+    assert rows["exhaustive"]["mean_s"] == pytest.approx(10000)
+    # From 700 km the sink is first reached after 8,060 s, when most targets rest there.
+    assert 8060 < rows["wait"]["mean_s"] < 8600
+    assert rows["wait"]["found"] == pytest.approx(1)
+
+
+def test_verify_passes_failure_on() -> None:
+    assert run("verify.py", "--paper-table", "--seeds", "0").returncode == 2
+    assert run("verify.py").returncode == 2
+
+
+def test_verify_loads_nothing_of_the_planner() -> None:
+    code = "import sys, verify; sys.exit(any(name.startswith('planner') for name in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=TOOLS, check=False)
+    assert done.returncode == 0
+
+
+def test_verdict(paper_table: Any) -> None:
+    """Chance is allowed for where it is: between seeds, in the targets, in the reference."""
+
+    def verdict(values: list[float], reference: Any) -> bool:
+        row = paper_table.Row("one", "greedy", {0: reference}, random=True)
+        return bool(paper_table.cell(row, 0, [evaluation(value) for value in values]).agrees)
+
+    # Four seeds 100 s apart in standard deviation: 50 s, and 100 / sqrt(10) = 32 s in the
+    # reference; together 59 s, of which 1.96 times are allowed.
+    spread = [1000.0 - 86.6, 1000.0 - 86.6, 1000.0 + 86.6, 1000.0 + 86.6]
+    assert verdict(spread, 1110.0)
+    assert not verdict(spread, 1125.0)
+    assert not verdict(spread, 875.0)
+    assert verdict(spread, (1100.0, 1300.0))
+    assert not verdict([1000.0] * 4, 1001.0)
+    assert verdict([1000.0] * 4, 1000.4)
+
+
+def evaluation(value_s: float) -> Any:
+    from planner import Evaluation
+
+    return Evaluation(np.full(10, value_s), np.full(10, 0.1), np.full(10, np.inf), 10000.0)
