@@ -406,7 +406,7 @@ def test_a_sighting_some_time_ago(run: Commands, tmp_path: Path) -> None:
 
 
 def test_tick_is_an_option(run: Commands) -> None:
-    options = ("plan", "figure3", "--targets", "20", "--json")
+    options = ("plan", "figure3", "--method", "greedy", "--targets", "20", "--json")
     coarse = run(*options, "--tick", "0:00:10").json
     assert coarse["method"] == "greedy"
     by_key = run(*options, "--set", "greedy.tick_s=10").json

@@ -55,16 +55,19 @@ class Evaluation:
     @property
     def detection_probability(self) -> float:
         """Probability that the target is there and found by the horizon."""
-        return float(self.weight @ self.found)
+        return self._probability(self.found)
 
     def found_by_probability(self, time_s: float) -> float:
         """Return the probability that the target is there and found by a time, seconds."""
-        return float(self.weight @ (self.found & (self.seen_at <= time_s)))
+        return self._probability(self.found & (self.seen_at <= time_s))
 
     @property
     def found_before_goal_probability(self) -> float:
         """Probability that it is found strictly before it reaches its goal (Section 5)."""
-        return float(self.weight @ (self.found & (self.seen_at < self.end_s)))
+        return self._probability(self.found & (self.seen_at < self.end_s))
+
+    def _probability(self, which: Flags) -> float:
+        return min(1.0, float(self.weight @ which))  # a thousand thousandths may sum to more
 
     @property
     def ci95_s(self) -> tuple[float, float]:

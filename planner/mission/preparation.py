@@ -18,7 +18,7 @@ from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 from planner.streams import stream
 
-JUDGES = 4096  # particles on which methods choose between plans
+JUDGES = 4  # times as many particles as are planned with, to choose between plans on
 FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 
@@ -41,8 +41,9 @@ class Recorder:
 
     def judging(self) -> Recording:
         """Return the particles on which methods choose between plans."""
-        sampling = self.opened.scenario.search.sampling
-        return self._drawn(self.opened.prior, JUDGES, ("judges",), sampling=sampling)
+        search = self.opened.scenario.search
+        many = JUDGES * search.particles
+        return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
 
     def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
         """Return the fresh targets on which plans are evaluated, independent draws."""
