@@ -385,6 +385,7 @@ class GreedySection(Section):
     tick_s: NotNegative = Field(
         default=0.0, description="0 for continuous time, or the length of a tick in seconds"
     )
+    ties: Literal["lowest index", "earliest end"] = "lowest index"
 
 
 SECTIONS: dict[str, type[Section]] = {

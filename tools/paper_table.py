@@ -59,10 +59,11 @@ def _by_u0(*values: float | tuple[float, float]) -> dict[int, float | tuple[floa
     return dict(zip(U0_KM, values, strict=True))
 
 
-def _greedy(direction: str, *values: float, **others: Any) -> Row:
+def _greedy(direction: str, *values: float, ties: str = "lowest index", **others: Any) -> Row:
     name = f"greedy, {direction} direction{'s' if direction == 'both' else ''}"
     name = name.replace("nearest end direction", "nearest end")
-    overrides = (f'greedy.direction="{direction}"',)
+    name += "" if ties == "lowest index" else f", ties to the {ties}"
+    overrides = (f'greedy.direction="{direction}"', f'greedy.ties="{ties}"')
     return Row(name, "greedy", _by_u0(*values), overrides, random=True, **others)
 
 
@@ -79,6 +80,9 @@ ROWS = (
     # At 60 km ten seeds gave 1,554 s, two hundred 1,612 s.
     _greedy("both", 207, 1612, 2975, 4255, 5906, 7278, 8220, seeds={60: 200}),
     _greedy("nearest end", 230, 1436, 2817, 3999, 5498, 6894, 8179),
+    # Which of many equally good roads is flown matters most where few targets can be met.
+    _greedy("own", 230, 1570, 3073, 4265, 5534, 6956, 8183, ties="earliest end"),
+    _greedy("nearest end", 230, 1436, 2817, 3999, 5498, 6894, 8179, ties="earliest end"),
 )
 
 

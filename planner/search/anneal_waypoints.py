@@ -6,7 +6,7 @@ or flies to meet a particle earlier. A change that makes the plan worse is taken
 falls as the search cools.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,13 @@ import numpy as np
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
 from planner.search.beam import beam
-from planner.search.plan import ROUNDING_S, Plan, plan_of_waypoints
+from planner.search.plan import ROUNDING_S, Plan, needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
 from planner.search.tail import patrolled
 from planner.search.what_if import WhatIf
 
+DRAWS = 9  # uniform numbers per move
 ROUND = 200  # moves between two looks at the clock
 MARGIN = 2e-3  # share of what the start fails to earn by which a move may be misjudged early
 
@@ -28,9 +29,9 @@ MARGIN = 2e-3  # share of what the start fails to earn by which a move may be mi
 class Annealing:
     """How waypoints are annealed."""
 
-    moves: int = 40_000  # how many changes are tried
-    heat: float = 3e-4  # temperature at first: this share of what the start fails to earn
-    cold: float = 1e-5  # temperature at last
+    moves: int | None = None  # how many changes are tried; None: the budget's work
+    heat: float = 4e-4  # temperature at first: this share of what the start fails to earn
+    cold: float = 2e-5  # temperature at last
 
 
 def anneal_waypoints(
@@ -48,7 +49,9 @@ def anneal_waypoints(
     Parameters
     ----------
     budget
-        Its ``stop`` is asked between rounds of moves, and ``told`` hears the value after them.
+        Its work is the number of moves tried, a third of a millisecond each where thousands of
+        particles are seen. ``stop`` is asked between rounds of moves; ``told`` hears the value
+        after each.
     start
         Waypoints, (W, 3): x and y in metres, and how long to hover there in seconds. By default
         those of the road plan of a beam search.
@@ -58,20 +61,18 @@ def anneal_waypoints(
     NotApplicableError
         If the sensor only looks along roads.
     """
-    annealing = annealing or Annealing()
-    if start is None:
-        start = road_waypoints(problem, budget)
-    plan_of_waypoints(problem, "anneal-waypoints", start)  # raises
-    known = Known.of(problem, start)
-    lacks = known.lacks
-    for done in range(0, annealing.moves, ROUND):
+    needs_open_country(problem, "anneal-waypoints")
+    rules = annealing or Annealing()
+    known = Known.of(problem, road_waypoints(problem, budget) if start is None else start)
+    lacks, many = known.lacks, budget.work if rules.moves is None else rules.moves
+    for done in range(0, many, ROUND):
         if budget.stop():
             break
-        moves = np.arange(done, min(done + ROUND, annealing.moves))
-        heat = annealing.heat * (annealing.cold / annealing.heat) ** (moves / annealing.moves)
-        known.anneal(rng.random((len(moves), 9)), lacks * heat)
+        moves = np.arange(done, min(done + ROUND, many))
+        heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
+        known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
         if budget.told:
-            budget.told(problem.objective.value(known.best_reward), done + ROUND)
+            budget.told(problem.objective.value(known.best_reward), done + len(moves))
     return plan_of_waypoints(problem, "anneal-waypoints", with_patrol(problem, known.best))
 
 
@@ -118,7 +119,7 @@ class Known:
         return known
 
     def anneal(self, draws: Floats, heat: Floats) -> None:
-        """Try one move per row of uniform draws, (M, 9), at temperatures, (M,) reward."""
+        """Try one move per row of uniform draws, (M, DRAWS), at temperatures, (M,) reward."""
         from planner.search.kernels_anneal import anneal
 
         flights = (self._now, self._trial, self._best)
@@ -156,8 +157,8 @@ class Known:
 
 def road_waypoints(problem: Problem, budget: Budget) -> Floats:
     """Return the waypoints of a beam's road plan, (W, 3): x, y, seconds of hovering."""
-    quiet = replace(budget, told=None)
-    return waypoints_of(problem, beam(problem, budget=quiet, rng=np.random.default_rng(0)))
+    plan = beam(problem, budget=Budget(stop=budget.stop), rng=np.random.default_rng(0))
+    return waypoints_of(problem, plan)
 
 
 def waypoints_of(problem: Problem, plan: Plan) -> Floats:

@@ -51,8 +51,8 @@ class GreedyOptions:
         0: detection in continuous time. Else the test of line 17 runs at the first, second, ...
         tick of each flight only, with distance <= radius (printed: <), and a sighting is timed
         at its own tick (the printed counter stands one lower, as it rises after the test).
-
-    Ties go to the lowest leg index.
+    ties
+        Between equally good legs the one of "lowest index" is flown, or that of "earliest end".
     """
 
     particles: Literal["once", "anew"] = "once"
@@ -62,6 +62,7 @@ class GreedyOptions:
     roads: Literal["removed", "revisited"] = "removed"
     ends: Literal["depth", "all found"] = "depth"
     tick_s: float = 0.0
+    ties: Literal["lowest index", "earliest end"] = "lowest index"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.tick_s < np.inf:
@@ -162,14 +163,20 @@ def _arg_min(
         earlier = np.where(np.isinf(before), 0.0, before) - flights.seen_at
         most = newly_seen >= newly_seen.max() - TIE
         sooner = np.where(most, flights.per_flight(weight * earlier), -np.inf)
-        return first_greatest(sooner, TIE * problem.horizon_s)
+        return _tie_broken(sooner, TIE * problem.horizon_s, flights, options)
     gain = objective.reward(flights.seen_at) - objective.reward(before)
     gained = flights.per_flight(weight * gain)
     alike = TIE * objective.most
     if options.miss == "rate":
         gained = rate_of(gained, flights.end_s - state.time_s)
         alike /= problem.horizon_s
-    return first_greatest(gained, alike)
+    return _tie_broken(gained, alike, flights, options)
+
+
+def _tie_broken(value: Floats, alike: float, flights: Sightings, options: GreedyOptions) -> int:
+    if options.ties == "lowest index":
+        return first_greatest(value, alike)
+    return first_greatest(np.where(value >= value.max() - alike, -flights.end_s, -np.inf), 0.0)
 
 
 def _over(problem: Problem, state: SearchState, options: GreedyOptions) -> bool:

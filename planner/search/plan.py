@@ -112,11 +112,7 @@ def plan_of_waypoints(problem: Problem, method: str, waypoints: Floats) -> Plan:
     NotApplicableError
         If the sensor only looks along roads.
     """
-    if not problem.sensor.detects_in_transit:
-        raise NotApplicableError(
-            f"{method} flies across country, and the sensor only looks along roads; "
-            "set sensor.detects_in_transit or choose a method that plans over roads"
-        )
+    needs_open_country(problem, method)
     uav = problem.uavs[0]
     flight = [(uav.take_off_s, uav.x_m, uav.y_m)]
     for x_m, y_m, wait_s in np.asarray(waypoints, dtype=np.float64).tolist():
@@ -137,6 +133,21 @@ def plan_of_waypoints(problem: Problem, method: str, waypoints: Floats) -> Plan:
             break
     flight += _way_home(uav, *flight[-1])
     return Plan(method, (_flight_track(flight, [(flight[0][0], flight[-1][0])]),), ((),))
+
+
+def needs_open_country(problem: Problem, method: str) -> None:
+    """Do nothing if the sensor also looks between roads.
+
+    Raises
+    ------
+    NotApplicableError
+        If it does not.
+    """
+    if not problem.sensor.detects_in_transit:
+        raise NotApplicableError(
+            f"{method} flies across country, and the sensor only looks along roads; "
+            "set sensor.detects_in_transit or choose a method that plans over roads"
+        )
 
 
 def _out_s(uav: Uav, place: tuple[float, float, float], towards: tuple[float, float]) -> float:

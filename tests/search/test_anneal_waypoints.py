@@ -14,6 +14,7 @@ from planner.detection.track import Sensor
 from planner.errors import NotApplicableError
 from planner.search.anneal_waypoints import (
     Annealing,
+    Known,
     anneal_waypoints,
     times_left,
     waypoints_of,
@@ -21,8 +22,6 @@ from planner.search.anneal_waypoints import (
 from planner.search.plan import Plan, plan_of_waypoints
 from planner.search.problem import Budget, Problem, Uav
 from search_instances import driven, random_network, strayed
-
-SHORT = Annealing(moves=600)
 
 
 def some_problem(seed: int) -> Problem:
@@ -52,16 +51,13 @@ def reward(problem: Problem, plan: Plan) -> float:
 
 def annealed(problem: Problem, start: Floats | None, seed: int = 3, moves: int = 600) -> Plan:
     rng = np.random.default_rng(seed)
-    settings = Annealing(moves=moves)
-    return anneal_waypoints(problem, budget=Budget(), rng=rng, annealing=settings, start=start)
+    return anneal_waypoints(problem, budget=Budget(work=moves), rng=rng, start=start)
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_after_any_moves_the_known_flight_is_what_detection_says(seed: int) -> None:
     """Hot, so that nearly every move is taken; the finished way is flown by other code."""
-    from planner.search.anneal_waypoints import Known
-
     problem = some_problem(seed)
     rng = np.random.default_rng(seed)
     known = Known.of(problem, wandering(problem, rng))

@@ -17,6 +17,7 @@ from planner.search.greedy import GreedyOptions, greedy
 from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 from planner.search.state import SearchState, candidate_legs
+from planner.search.what_if import WhatIf
 from search_instances import flown, random_problem
 
 RNG = np.random.default_rng(0)  # handed to every planner, not used by this one
@@ -260,3 +261,24 @@ def test_the_paper_grid_in_the_mean(
         result = evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
         means.append(result.expected_detection_time_s)
     assert np.mean(means) == pytest.approx(expected_s, abs=tolerance_s)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_ties_go_to_the_lowest_index_or_to_the_earliest_end(seed: int) -> None:
+    problem = random_problem(seed)
+    engine, start = WhatIf(problem), SearchState.at_start(problem)
+    flights = engine.fly(start, candidate_legs(problem, start, directions="both"))
+    weight = problem.futures.weight[flights.particle]
+    gained = flights.per_flight(weight * problem.objective.reward(flights.seen_at))
+    tied = np.flatnonzero(gained >= gained.max() * (1 - 1e-9))
+    first = {
+        ties: greedy(
+            problem,
+            budget=Budget(1),
+            rng=RNG,
+            options=GreedyOptions(direction="both", ties=ties),
+        ).legs[0][0]
+        for ties in ("lowest index", "earliest end")
+    }
+    assert first["lowest index"].leg == flights.leg[tied[0]]
+    assert first["earliest end"].end_s == pytest.approx(flights.end_s[tied].min())
