@@ -126,6 +126,8 @@ def plan(arguments: argparse.Namespace) -> int:
     hint = tables.particles_hint(row.planned, row.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
     shown += [hint] if hint and same_belief and not arguments.futures else []
+    if arguments.futures is not None:
+        shown.append("the fresh targets are drawn from the scenario's belief, not from --futures")
     shown += [f"written to {arguments.output}"] if arguments.output else []
     told = {key: content[key] for key in ("method", "planned", "evaluated")}
     told["directory"] = arguments.output and str(arguments.output)
@@ -211,6 +213,8 @@ def _open(arguments: argparse.Namespace) -> Opened:
         overrides.append(f"search.seed={arguments.seed}")
     overrides += _objective_overrides(arguments)
     if getattr(arguments, "tick", None) is not None:
+        if arguments.method != "greedy":
+            raise InputError(f"--tick {arguments.tick:g}: goes with --method greedy only")
         overrides.append(f"greedy.tick_s={arguments.tick}")
     if arguments.net_file is not None:
         net = str(arguments.net_file.resolve())

@@ -1,12 +1,20 @@
 """One cache for all test runs, apart from the user's own: what is in it is keyed by content."""
 
+import logging
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "planner"
 os.environ["PLANNER_CACHE"] = str(CACHE)
+# That the first run compiles is said in whatever test comes first.
+logging.getLogger("planner.jit").setLevel(logging.ERROR)
+
+# The same examples in every run: a check that fails tells of the change under test.
+settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture

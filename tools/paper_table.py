@@ -60,9 +60,7 @@ def _by_u0(*values: float | tuple[float, float]) -> dict[int, float | tuple[floa
 
 
 def _greedy(direction: str, *values: float, ties: str = "lowest index", **others: Any) -> Row:
-    name = f"greedy, {direction} direction{'s' if direction == 'both' else ''}"
-    name = name.replace("nearest end direction", "nearest end")
-    name += "" if ties == "lowest index" else f", ties to the {ties}"
+    name = f"greedy, {direction}" + ("" if ties == "lowest index" else f", {ties}")
     overrides = (f'greedy.direction="{direction}"', f'greedy.ties="{ties}"')
     return Row(name, "greedy", _by_u0(*values), overrides, random=True, **others)
 

@@ -1,7 +1,4 @@
-"""Check the project's figures against values found elsewhere.
-
-Nothing of the planner is loaded here: what is verified must not be its own witness.
-"""
+"""Check the project's figures against values found elsewhere."""
 
 import argparse
 import subprocess

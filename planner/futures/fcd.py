@@ -87,7 +87,7 @@ def _parquet_columns(path: Path) -> dict[str, Any]:
         numbers = {"time": "timestep_time", "x": "vehicle_x", "y": "vehicle_y"}
         columns = {name: table[column].to_numpy().astype(float) for name, column in numbers.items()}
         columns["id"] = _dictionary(table["vehicle_id"])
-    except (pyarrow.ArrowException, OSError, KeyError) as error:
+    except (pyarrow.ArrowException, OSError, KeyError, ValueError, TypeError) as error:
         raise InputError(f"{path}: is no floating car data ({error}); {REMEDY}") from error
     for name in ("speed", "pos"):
         known = f"vehicle_{name}" in table.column_names
@@ -106,6 +106,7 @@ def _dictionary(column: Any) -> npt.NDArray[Any]:
 
 def _xml_columns(path: Path) -> dict[str, Any]:
     import gzip
+    import zlib
     from xml.etree import ElementTree
 
     rows: list[tuple[str, float, float, float, float, float, str]] = []
@@ -116,7 +117,7 @@ def _xml_columns(path: Path) -> dict[str, Any]:
                 if element.tag == "timestep":
                     rows += _xml_rows(element)
                     element.clear()
-    except (ElementTree.ParseError, KeyError, ValueError, OSError) as error:
+    except (ElementTree.ParseError, KeyError, ValueError, OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: is no floating car data ({error}); {REMEDY}") from error
     names = ("id", "time", "x", "y", "speed", "pos", "lane")
     kinds = (object, float, float, float, float, float, object)
@@ -160,15 +161,24 @@ def _places(
         [network.edge_index.get(edge, NO_EDGE) for edge in edge_names], dtype=np.int32
     )
     inside = np.array([edge.startswith(":") for edge in edge_names])[code]
-    along_m = np.where(inside, 0.0, columns["pos"])
-    return _after_junctions(of_lane[code], inside, vehicle), along_m
+    return _out_of_junctions(of_lane[code], columns["pos"], vehicle, network, inside)
 
 
-def _after_junctions(edge: Ints, inside: npt.NDArray[np.bool_], vehicle: Ints) -> Ints:
-    """Give samples inside a junction the edge that their vehicle enters next, if it does."""
+def _out_of_junctions(
+    edge: Ints, along_m: Floats, vehicle: Ints, network: RoadNetwork, inside: npt.NDArray[np.bool_]
+) -> tuple[Ints, Floats]:
+    """Put samples inside a junction at the start of the edge that their vehicle enters next.
+
+    A vehicle last seen inside a junction stays at the end of the edge that it has left.
+    """
     rows = np.arange(len(edge))
     after = np.minimum.accumulate(np.where(inside, len(edge), rows)[::-1])[::-1]
-    found = after < len(edge)
-    after = np.where(found, after, rows)
-    same = found & (vehicle[after] == vehicle)
-    return np.where(inside & same, edge[after], edge)
+    before = np.maximum.accumulate(np.where(inside, -1, rows))
+    entered = after < len(edge)
+    entered[entered] = vehicle[after[entered]] == vehicle[entered]
+    left = ~entered & (before >= 0)
+    left[left] = vehicle[before[left]] == vehicle[left]
+    place = np.where(entered, after, np.where(left, before, rows))
+    on = edge[place]
+    end_m = np.where(on == NO_EDGE, np.nan, network.edge_length_m[on])
+    return on, np.where(inside, np.where(left, end_m, 0.0), along_m)

@@ -133,12 +133,11 @@ def futures_of_samples(
         samples.vehicle, samples.time_s, np.stack([samples.x_m, samples.y_m], 1), samples.edge
     )
     parts = [on]
-    if not np.isnan(samples.along_m).any() and not (samples.edge == NO_EDGE).any():
-        followed = routes or Routes.shown(samples)
-        place = _route_places(samples, followed)
-        parts.append(_crossings(samples, network, followed, place))
-        if routes is not None:
-            parts.append(_arrivals(samples, network, routes, place, ended))
+    followed = routes or Routes.shown(samples)
+    place = _route_places(samples, followed)
+    parts.append(_crossings(samples, network, followed, place))
+    if routes is not None:
+        parts.append(_arrivals(samples, network, routes, place, ended))
     knots = Knots.merged(parts).thinned(TOLERANCE_M)
     count = np.bincount(knots.particle, minlength=len(samples.names))
     return Futures(
@@ -170,7 +169,9 @@ def _route_places(samples: Samples, routes: Routes) -> Offsets:
 
 def _crossings(samples: Samples, network: RoadNetwork, routes: Routes, place: Offsets) -> Knots:
     """Knots at the ends of all edges that are left between two samples of a vehicle."""
-    rows = np.flatnonzero((np.diff(samples.vehicle) == 0) & (np.diff(place) > 0))
+    told = (samples.edge != NO_EDGE) & ~np.isnan(samples.along_m) & ~np.isnan(samples.speed_mps)
+    onward = (np.diff(samples.vehicle) == 0) & (np.diff(place) > 0)
+    rows = np.flatnonzero(onward & told[:-1] & told[1:])
     crossed = place[rows + 1] - place[rows]
     speed_mps, latest_s = samples.speed_mps[rows + 1], samples.time_s[rows + 1]
     return _ends_of_edges(samples, network, routes, place, (rows, crossed, speed_mps, latest_s))

@@ -1,6 +1,5 @@
 """The files of a run, each written whole."""
 
-import csv
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -114,9 +113,9 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
                 "found": int(found),
                 "before_goal": int(found and evaluation.seen_at[k] < evaluation.end_s[k]),
                 "detection_time_s": float(evaluation.time_s[k]),
-                "x_m": float(x_m) if found else "",
-                "y_m": float(y_m) if found else "",
-                "leg": int(record.leg[k]) or "",
+                "x_m": float(x_m) if found else None,
+                "y_m": float(y_m) if found else None,
+                "leg": str(record.leg[k] or ""),
             }
         )
     _write_csv(path, rows)
@@ -192,8 +191,7 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
 
 
 def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    with written_whole(path) as new, new.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    import pandas
+
+    with written_whole(path) as new:
+        pandas.DataFrame(rows).to_csv(new, index=False, lineterminator="\n")

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
-from planner.search.beam import beam
+from planner.search.beam import beam, judged
 from planner.search.plan import ROUNDING_S, Plan, needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
@@ -22,6 +22,7 @@ from planner.search.what_if import WhatIf
 
 DRAWS = 9  # uniform numbers per move
 ROUND = 200  # moves between two looks at the clock
+SHARES_HUNTED = (1.0, 0.999, 0.995, 0.99)  # of its particles, before a patrol begins
 MARGIN = 2e-3  # share of what the start fails to earn by which a move may be misjudged early
 
 
@@ -42,9 +43,11 @@ def anneal_waypoints(
     annealing: Annealing | None = None,
     start: Floats | None = None,
 ) -> Plan:
-    """Return the best plan of waypoints found by annealing, never worse than its start.
+    """Return the best plan of waypoints found by annealing.
 
-    That is so on the problem's own particles; a few thousand are needed for it to be so on others.
+    Its last part, which hunts for the last few of its own particles, may give way to a patrol
+    along roads, whichever the judges prefer. On them, or on the problem's own particles if there
+    are none, the plan is never worse than its start.
 
     Parameters
     ----------
@@ -63,7 +66,8 @@ def anneal_waypoints(
     """
     needs_open_country(problem, "anneal-waypoints")
     rules = annealing or Annealing()
-    known = Known.of(problem, road_waypoints(problem, budget) if start is None else start)
+    start = road_waypoints(problem, budget) if start is None else start
+    known = Known.of(problem, start)
     lacks, many = known.lacks, budget.work if rules.moves is None else rules.moves
     for done in range(0, many, ROUND):
         if budget.stop():
@@ -73,7 +77,9 @@ def anneal_waypoints(
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
         if budget.told:
             budget.told(problem.objective.value(known.best_reward), done + len(moves))
-    return plan_of_waypoints(problem, "anneal-waypoints", with_patrol(problem, known.best))
+    flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
+    plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
+    return max(plans, key=lambda plan: judged(problem, plan))
 
 
 class Known:
@@ -174,17 +180,22 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
     return np.stack([track.x_m[1:], track.y_m[1:], waits_s], axis=1)[kept]
 
 
-def with_patrol(problem: Problem, waypoints: Floats) -> Floats:
-    """Return waypoints that go on along roads after the last first sighting, as ``tail`` does."""
+def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
+    """Return waypoints that go on along roads, as ``tail`` does, once a share of all is seen.
+
+    Of all particles that they see, by weight.
+    """
     plan = plan_of_waypoints(problem, "", waypoints)
     seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
-    last_s = float(np.max(seen_at, where=np.isfinite(seen_at), initial=-np.inf))
+    by_time = np.argsort(seen_at, kind="stable")
+    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.futures.weight, 0.0)[by_time])
+    enough = min(int(np.searchsorted(weight, share * weight[-1])), len(weight) - 1)
     leaves_s = times_left(problem, waypoints)
-    useful = int(np.searchsorted(leaves_s, last_s))
+    useful = int(np.searchsorted(leaves_s, seen_at[by_time[enough]]))
     if useful >= len(waypoints) or leaves_s[useful] >= problem.horizon_s:
         return waypoints
-    legs, (x_m, y_m, _) = problem.legs, waypoints[useful].tolist()
-    state = SearchState(float(leaves_s[useful]), x_m, y_m, seen_at)
+    legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
+    state = SearchState(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
     order = patrolled(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
@@ -202,8 +213,8 @@ def times_left(problem: Problem, waypoints: Floats) -> Floats:
 
 def _world(problem: Problem) -> Any:
     """Return what a sweep has to know, as ``kernels_anneal.World``."""
-    from planner.search.kernels_passages import fastest
-    from planner.search.kernels_waypoints import crowd_of
+    from planner.search.kernels_crowd import crowd_of
+    from planner.search.kernels_motion import fastest
 
     uav, futures, objective = problem.uavs[0], columns(problem.futures), problem.objective
     radius_m = float(problem.sensor.radius_m)

@@ -178,28 +178,20 @@ def _setting(problem: Problem, engine: WhatIf, reach_m: float) -> tuple[Any, ...
     first_hop = np.cumsum([0, *(len(near) for near, _, _ in hops)])
     first_way = np.cumsum([0, *map(len, ways)])
     leg, hop = np.array([way for some in ways for way in some], dtype=np.int32).reshape(-1, 2).T
-    near, bearing, offset = (np.concatenate(part) for part in zip(*hops, strict=True))
+    bearing, offset = (np.concatenate(part) for part in list(zip(*hops, strict=True))[1:])
     away_m = np.hypot(offset[:, 0], offset[:, 1])
-    directions = offset / away_m[:, None]
-    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, engine.leg_columns, problem.home_s)
-    world = (
-        engine.futures_columns,
-        engine.passages,
-        engine.sensing,
-        problem.futures.weight,
-        problem.sensor.detects_in_transit,
-    )
+    weight = problem.futures.weight
     return (
         (first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
-        (first_hop, near.astype(np.int32), bearing, directions, away_m / legs.speed_mps),
-        roads,
-        world,
+        (first_hop, bearing, offset / away_m[:, None], away_m / legs.speed_mps),
+        (legs.to_node, legs.duration_s, legs.node_xy_m, problem.home_s, weight),
+        engine.world,
     )
 
 
 def _hops(node_xy_m: Floats, node: int, reach_m: float) -> tuple[Ints, Floats, Floats]:
     """Return the other places within reach of a node by bearing: node, bearing, offset."""
-    from planner.search.kernels import bearings_of
+    from planner.search.kernels_transits import bearings_of
 
     offset = node_xy_m - node_xy_m[node]
     away_m = np.hypot(offset[:, 0], offset[:, 1])

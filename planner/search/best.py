@@ -19,12 +19,12 @@ from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 FEW_ROADS = 7  # of which the best order is found for certain
-NARROW, NEAR, WIDER = 50, 5, 2  # widths of the first beams, along roads and between; growth
+NARROW, NEAR, WIDER = 10, 2, 2  # widths of the first beams, along roads and between; growth
 POLISH = 0.25  # share of a round's work that goes into polishing
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
-    """Return the best plan found within the budget's work; Ctrl-C ends the search with it.
+    """Return the best plan found within the budget's work; an interrupt ends the search with it.
 
     Raises
     ------
@@ -37,8 +37,9 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         for order, work in _proposals(engine, budget, rng):
             plan = plan_of_legs(problem, "best", with_tail(problem, order, engine=engine))
             done += work
-            if judged(problem, plan) > value:
-                chosen, value = plan, judged(problem, plan)
+            worth = judged(problem, plan)
+            if worth > value:
+                chosen, value = plan, worth
             if budget.told:
                 budget.told(problem.objective.value(value), done)
             if done >= budget.work or budget.stop():
@@ -63,7 +64,7 @@ def _proposals(
     while True:
         outlook, spent = Outlook.of(problem, order), 0
         if growth:
-            for beam in (Beam(NARROW * growth), Beam(NEAR * growth, near_m(problem))):
+            for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
                 order, work = beam_order(engine, beam, outlook, stop=budget.stop)
                 spent += work
                 yield order, work

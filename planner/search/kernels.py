@@ -1,10 +1,8 @@
 """What-if flights, compiled: what many legs would see from one place and time on.
 
 A flight to a leg is first a transit, straight to the leg's start, then the road. Legs that start
-at the same node share the transit, which is flown once. A transit can only see a particle while
-the ring around the UAV's place that grows with the UAV's speed passes over it, and only in the
-directions in which the particle then lies; a road only sees its own passages. Whatever remains
-goes through the same closed form as the detection along a finished plan.
+at the same node share the transit; a road only sees its own passages. Each flight names a particle
+once, at its first sighting.
 """
 
 from typing import TypeAlias
@@ -12,243 +10,37 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels import (
-    FlightColumns,
-    FuturesColumns,
-    piece_at,
-    seen_in_flight,
-)
+from planner.detection.kernels import last_at_or_before
 from planner.jit import compiled
-from planner.search.kernels_passages import PassageColumns, padded
+from planner.search.kernels_motion import END, Motion, met, nothing, piece_from
+from planner.search.kernels_passages import PassageColumns
+from planner.search.kernels_transits import (
+    Chain,
+    Ends,
+    Place,
+    Sensing,
+    first_from,
+    ray_sightings,
+    rays_to,
+)
 
-Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
-LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats]  # first_point, after_s, x_m, y_m
-# rising bearing (m,), waypoints (2 m,) each, direction as a unit vector (m, 2)
-Transits: TypeAlias = tuple[Floats, FlightColumns, Floats]
-Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
+# first_point (L + 1,); of each point: after_s, x_m, y_m, and the velocity from there on, vx, vy
+LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats, Floats, Floats]
+World: TypeAlias = tuple[Motion, PassageColumns, LegColumns, Sensing]
+# leg (C,), the end of the transit to it (C,), -1: it starts here
+Flights: TypeAlias = tuple[Ints, Ints]
+# what is seen at once (h,), each ray's chain (m,), the chains, and the ray of each end (E,)
+Surroundings: TypeAlias = tuple[Ints, Ints, Chain, Ints]
 Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
-Sensing: TypeAlias = tuple[float, float, float]  # radius, the UAV's and the fastest target's speed
+Goal: TypeAlias = tuple[float, float]  # horizon, deadline (inf: none), seconds
 
 
 @compiled
-def bearing(x: float, y: float) -> float:
-    """Return a number in [-2, 2] that grows with the direction of a vector, like its angle."""
-    slope = y / (abs(x) + abs(y))
-    if x >= 0.0:
-        return slope
-    return 2.0 - slope if y >= 0.0 else -2.0 - slope
-
-
-@compiled
-def turn_from(low: float, other: float) -> float:
-    """Return how far one bearing lies on from another one, in [0, 4]."""
-    return other - low if other >= low else other - low + 4.0
-
-
-@compiled
-def bearings_of(offset: Floats) -> Floats:
-    """Return the bearings of many vectors, (m, 2), as ``bearing`` does."""
-    bearings = np.empty(len(offset))
-    for i in range(len(offset)):
-        bearings[i] = bearing(offset[i, 0], offset[i, 1])
-    return bearings
-
-
-@compiled
-def first_from(values: Floats, low: float, start: int, end: int) -> int:
-    """Return the first index in [start, end) whose rising value is at least ``low``, or ``end``."""
-    while start < end:
-        middle = (start + end) // 2
-        if values[middle] < low:
-            start = middle + 1
-        else:
-            end = middle
-    return start
-
-
-@compiled
-def ring_reaches(
-    offset: tuple[float, float], drift: tuple[float, float], ring_m: float, speed_mps: float
-) -> float:
-    """Return the second from which on a growing circle around the origin has a body inside.
-
-    The circle has radius ``ring_m`` at second 0 and grows with ``speed_mps``, which is more than
-    the body's own speed.
-    """
-    qx, qy = offset
-    vx, vy = drift
-    c = qx * qx + qy * qy - ring_m * ring_m
-    if c <= 0.0:
-        return 0.0
-    a = speed_mps * speed_mps - vx * vx - vy * vy
-    b = ring_m * speed_mps - qx * vx - qy * vy
-    return (np.sqrt(max(0.0, b * b + a * c)) - b) / a
-
-
-@compiled
-def ring_passes(sensing: Sensing) -> float:
-    """Return how long the ring takes at most to pass over a particle, seconds.
-
-    Infinity if particles are about as fast as the UAV: then they may outrun the ring.
-    """
-    radius_m, speed_mps, fastest_mps = sensing
-    if fastest_mps >= 0.9 * speed_mps:
-        return np.inf
-    return 2.0 * padded(radius_m) / (speed_mps - fastest_mps)
-
-
-@compiled
-def ring_entry(
-    place: Place, futures: FuturesColumns, particle: int, sensing: Sensing, passes_s: float
-) -> tuple[float, float, float, float]:
-    """Return when the ring around a transit's UAV has a particle inside it, and where that is.
-
-    The ring has the UAV's distance from its origin as radius and is one detection radius wide on
-    both sides: outside it no transit, whatever its direction, can see the particle.
-
-    Returns
-    -------
-    enter_s
-        When the ring first has the particle inside; infinity if it is gone before. The ring has
-        passed ``passes_s`` later.
-    x, y, reach_m
-        A disc, relative to the origin, outside which no UAV sees the particle meanwhile.
-    """
-    time_s, x_m, y_m, first_knot, gone = futures
-    start_s, x0, y0 = place
-    speed_mps, reach_m = sensing[1], padded(sensing[0])
-    k, k_end = first_knot[particle], first_knot[particle + 1]
-    if k == k_end:
-        return np.inf, 0.0, 0.0, 0.0
-    high = k_end
-    while high - k > 1:
-        middle = (k + high) // 2
-        dx, dy = x_m[middle] - x0, y_m[middle] - y0
-        ring_m = reach_m + speed_mps * (time_s[middle] - start_s)
-        if ring_m < 0.0 or dx * dx + dy * dy > ring_m * ring_m:
-            k = middle
-        else:
-            high = middle
-    now_s = max(start_s, time_s[k])
-    while k + 1 < k_end and time_s[k + 1] <= now_s:
-        k += 1
-    x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, now_s)
-    x, y, ring_m = x - x0, y - y0, reach_m + speed_mps * (now_s - start_s)
-    after_s = ring_reaches((x, y), (vx, vy), ring_m, speed_mps)
-    if gone[particle] and now_s + after_s > time_s[k_end - 1]:
-        return np.inf, 0.0, 0.0, 0.0
-    if now_s + after_s + passes_s <= until_s:
-        half_s = after_s + 0.5 * passes_s
-        return (
-            now_s + after_s,
-            x + vx * half_s,
-            y + vy * half_s,
-            (reach_m + 0.5 * passes_s * np.sqrt(vx * vx + vy * vy)),
-        )
-    return now_s + after_s, x + vx * after_s, y + vy * after_s, reach_m + passes_s * sensing[2]
-
-
-@compiled
-def rays_near(x: float, y: float, reach_m: float) -> tuple[float, float]:
-    """Return the bearings, lowest and how many on, of all rays from the origin near a place.
-
-    Bearings grow at most as fast as angles in radians, and arcsin(s) <= 1.05 s up to s = 1/2.
-    """
-    away_m = np.sqrt(x * x + y * y)
-    if away_m <= 2.0 * reach_m:
-        return -2.0, 4.0
-    aside = 1.05 * reach_m / away_m + 1e-9
-    low = bearing(x, y) - aside
-    return (low if low >= -2.0 else low + 4.0), 2.0 * aside
-
-
-@compiled
-def meet_transits(
-    transits: Transits,
-    where: tuple[float, float, float, float, float, int],
-    seeing: tuple[FuturesColumns, int, tuple[float, float], float],
-    head: Ints,
-    chain: Chain,
-    count: int,
-) -> int:
-    """Add to the chains the transits that see a particle in a window; return the new count.
-
-    Looks only at transits whose ray comes near a disc and that have not arrived before. There
-    must be room for all of them. ``where`` holds the disc's centre and radius, the bearings from
-    which and how far on such rays lie, and the first of them.
-    """
-    bearings, waypoints, ways = transits
-    x, y, reach_m, low, wide, j = where
-    futures, particle, window, radius_m = seeing
-    for _ in range(len(bearings)):
-        if turn_from(low, bearings[j]) > wide:
-            break
-        near = abs(x * ways[j, 1] - y * ways[j, 0]) <= reach_m
-        if near and waypoints[0][2 * j + 1] >= window[0]:
-            points = (2 * j, 2 * j + 2)
-            seen = seen_in_flight(waypoints, points, futures, particle, window, radius_m)
-            if seen < np.inf:
-                chain[0][count], chain[1][count], chain[2][count] = head[j], particle, seen
-                head[j] = count
-                count += 1
-        j = j + 1 if j + 1 < len(bearings) else 0
-    return count
-
-
-@compiled
-def transit_sightings(
-    place: Place, transits: Transits, unseen: Flags, futures: FuturesColumns, sensing: Sensing
-) -> tuple[Ints, Chain]:
-    """Return what each transit sees: the head of its chain (-1: nothing), and the chains."""
-    bearings, waypoints, _ = transits
-    many = len(bearings)
-    head = np.full(many, -1, dtype=np.int32)
-    chain: Chain = (np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
-    count = 0
-    over_s = -np.inf
-    for j in range(many):
-        over_s = max(over_s, waypoints[0][2 * j + 1])
-    passes_s = ring_passes(sensing)
-    enter_s, x, y, reach_m = place[0], 0.0, 0.0, np.inf
-    for particle in range(len(unseen)):
-        if not unseen[particle]:
-            continue
-        if passes_s < np.inf:
-            enter_s, x, y, reach_m = ring_entry(place, futures, particle, sensing, passes_s)
-        if enter_s > over_s:
-            continue
-        low, wide = rays_near(x, y, reach_m)
-        j = first_from(bearings, low, 0, many)
-        j = j if j < many else 0
-        if turn_from(low, bearings[j]) > wide:  # most particles lie on nobody's way
-            continue
-        if count + many > len(chain[0]):
-            chain = linked(chain, count + many)
-        where = (x, y, reach_m, low, wide, j)
-        seeing = (futures, particle, (enter_s, enter_s + passes_s), sensing[0])
-        count = meet_transits(transits, where, seeing, head, chain, count)
-    return head, chain
-
-
-@compiled
-def linked(chain: Chain, count: int) -> Chain:
-    """Return the chain with room for ``count`` entries and as many again."""
-    room, many = 2 * count, len(chain[0])
-    wide = (np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
-    wide[0][:many], wide[1][:many], wide[2][:many] = chain
-    return wide
-
-
-@compiled
-def lengths_of(head: Ints, chain: Chain) -> Ints:
-    """Return how many entries each chain has."""
-    lengths = np.zeros(len(head), dtype=np.int32)
-    for j in range(len(head)):
-        at = head[j]
-        while at >= 0:
-            lengths[j] += 1
-            at = chain[0][at]
-    return lengths
+def reward_of(seen_s: float, goal: Goal) -> float:
+    """Return what a sighting is worth, as ``Objective.reward`` says."""
+    if goal[1] < np.inf:
+        return 1.0 if seen_s <= goal[1] else 0.0
+    return max(0.0, goal[0] - seen_s)
 
 
 @compiled
@@ -256,107 +48,226 @@ def passages_within(
     passages: PassageColumns, entry: int, start_s: float, end_s: float
 ) -> tuple[int, int]:
     """Return from (included) and to (excluded) of a list's passages that may touch a time span."""
-    first, from_s, _, latest_s, _ = passages
+    first, from_s, _, latest_s, _, _ = passages
     # The running maximum of the ends tells where the first passage that is not over can be.
     begin = first_from(latest_s, start_s, first[entry], first[entry + 1])
     return begin, first_from(from_s, np.nextafter(end_s, np.inf), begin, first[entry + 1])
 
 
 @compiled
+def met_along(
+    leg: int,
+    start_s: float,
+    window: tuple[float, float],
+    target: tuple[int, int],
+    world: World,
+) -> float:
+    """Return when a flight along a road first has a particle within the radius, inf: never.
+
+    ``target`` is the particle's piece at the window's start, and its last one.
+    """
+    motion, _, (first_point, after_s, x_m, y_m, vx, vy), (radius_m, _, _) = world
+    from_s, to_s = window
+    k, last_piece = target
+    last = first_point[leg + 1] - 1
+    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
+    while True:
+        begin_s = start_s + after_s[i]
+        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
+        flight = (x_m[i], y_m[i], vx[i], vy[i], begin_s)
+        seen = met(flight, (from_s, leaves_s), motion[0], k, radius_m)
+        i += 1
+        if seen < np.inf or i >= last:
+            return seen
+        from_s = start_s + after_s[i]
+        if from_s > to_s:
+            return np.inf
+        k = piece_from(motion[0], k, last_piece, from_s)
+
+
+@compiled
 def see_along_road(
-    flight: tuple[FlightColumns, int],
-    span: tuple[int, int],
-    world: tuple[FuturesColumns, PassageColumns, float],
-    marks: tuple[Flags, Ints, int],
+    road: tuple[int, float],
+    unseen: Flags,
+    marks: tuple[Ints, int, int],
+    world: World,
     found: Found,
     count: int,
 ) -> int:
-    """Write down what a flight along a road sees in a span of its passages; return the new count.
+    """Write down what a flight along a road sees; return the new count.
 
-    ``marks`` tells who is still unseen, by which flight each particle was last met, and this
-    flight's number.
+    ``road`` is the leg and when it begins. ``marks`` tells by whom each particle was last met,
+    and the names of this transit and flight.
     """
-    futures, (_, from_s, to_s, _, particle), radius_m = world
-    unseen, met, number = marks
-    waypoints, points = flight
-    start_s, end_s = waypoints[0][0], waypoints[0][points - 1]
-    for i in range(span[0], span[1]):
-        who = particle[i]
-        if to_s[i] < start_s or not unseen[who] or met[who] == number:
-            continue
-        window = (max(start_s, from_s[i]), min(end_s, to_s[i]))
-        seen = seen_in_flight(waypoints, (0, points), futures, who, window, radius_m)
-        if seen < np.inf:
-            found[0][count], found[1][count] = who, seen
-            met[who] = number
-            count += 1
+    motion, passages, (first_point, after_s, _, _, _, _), _ = world
+    leg, start_s = road
+    first, from_s, to_s, _, particle, piece = passages
+    met_by, transit, flight = marks
+    end_s = start_s + after_s[first_point[leg + 1] - 1]
+    for rests in range(2):
+        entry = leg // 2 + rests * (len(first) // 2)
+        begin, end = passages_within(passages, entry, start_s, end_s)
+        for i in range(begin, end):
+            who = particle[i]
+            if to_s[i] < start_s or not unseen[who]:
+                continue
+            if met_by[who] == transit or met_by[who] == flight:
+                continue
+            window = (max(start_s, from_s[i]), min(end_s, to_s[i]))
+            k, last = piece[i], motion[1][who + 1] - 1
+            if motion[0][k, END] <= window[0]:
+                k = piece_from(motion[0], k, last, window[0])
+            seen = met_along(leg, start_s, window, (k, last), world)
+            if seen < np.inf:
+                found[0][count], found[1][count] = who, seen
+                met_by[who] = flight
+                count += 1
     return count
+
+
+@compiled
+def look_around(
+    place: Place, ends: Ends, wanted: Ints, unseen: Flags, world: World
+) -> Surroundings:
+    """Return what the transits to the wanted ends see; nothing if the sensor is off on them."""
+    motion, _, _, sensing = world
+    rays, ray_of_end = rays_to(ends, wanted)
+    if len(rays[0]) > 0 and sensing[2]:
+        here, heads, chain = ray_sightings(place, rays, unseen, motion, sensing)
+        return here, heads, chain, ray_of_end
+    nobody = np.empty(0, dtype=np.int32)
+    none = np.full(len(rays[0]), -1, dtype=np.int32)
+    return nobody, none, (nobody, nobody, np.empty(0)), ray_of_end
 
 
 @compiled
 def see_on_the_way(
-    head: int, chain: Chain, marks: tuple[Ints, int], found: Found, count: int
-) -> int:
-    """Write down what the transit to a road has seen; return the new count."""
-    met, number = marks
-    while head >= 0:
-        who = chain[1][head]
-        found[0][count], found[1][count] = who, chain[2][head]
-        met[who] = number
-        count += 1
-        head = chain[0][head]
-    return count
-
-
-@compiled
-def most_sightings(
-    wanted: Ints, start_s: Floats, end_s: Floats, passages: PassageColumns, spans: Offsets
-) -> int:
-    """Find for each wanted leg the passages to look at, (C, 2, 2); return how many in all."""
-    roads = len(passages[0]) // 2
-    most = 0
-    for c in range(len(wanted)):
-        for rests in range(2):
-            entry = wanted[c] // 2 + rests * roads
-            begin, end = passages_within(passages, entry, start_s[c], end_s[c])
-            spans[c, rests, 0], spans[c, rests, 1] = begin, end
-            most += end - begin
-    return most
-
-
-@compiled
-def leg_sightings(
-    flights: tuple[Ints, Floats, Ints, Offsets],
-    unseen: Flags,
-    legs: LegColumns,
-    world: tuple[FuturesColumns, PassageColumns, float],
-    chain: Chain,
+    end: int,
+    arrive_s: float,
+    around: Surroundings,
+    marks: tuple[Ints, int],
     found: Found,
+    count: int,
 ) -> int:
-    """Write down what each flight sees, on its transit and along its road; return how much.
-
-    ``flights`` holds for each its leg, when its road begins, the head of its transit's chain, and
-    its passages; in its last column they are then replaced by where its sightings end.
-    """
-    wanted, start_s, heads, spans = flights
-    first_point, after_s, x_m, y_m = legs
-    met = np.zeros(len(unseen), dtype=np.int32)
-    longest = 0
-    for leg in wanted:
-        longest = max(longest, first_point[leg + 1] - first_point[leg])
-    flight = (np.empty(longest), np.empty(longest), np.empty(longest))
-    count = 0
-    for c in range(len(wanted)):
-        count = see_on_the_way(heads[c], chain, (met, c + 1), found, count)
-        begin = first_point[wanted[c]]
-        points = first_point[wanted[c] + 1] - begin
-        for i in range(points):
-            flight[0][i] = start_s[c] + after_s[begin + i]
-            flight[1][i], flight[2][i] = x_m[begin + i], y_m[begin + i]
-        for rests in range(2):
-            span = (spans[c, rests, 0], spans[c, rests, 1])
-            count = see_along_road(
-                (flight, points), span, world, (unseen, met, c + 1), found, count
-            )
-        spans[c, 1, 1] = count
+    """Write down what the transit to an end sees after its start; return the new count."""
+    _, heads, chain, ray_of_end = around
+    met_by, transit = marks
+    at = heads[ray_of_end[end]] if end >= 0 else -1
+    while at >= 0:
+        if chain[2][at] <= arrive_s:
+            who = chain[1][at]
+            found[0][count], found[1][count] = who, chain[2][at]
+            met_by[who] = transit
+            count += 1
+        at = chain[0][at]
     return count
+
+
+@compiled
+def roomier(found: Found) -> Found:
+    """Return the same sightings with room for twice as many."""
+    wide = (np.empty(2 * len(found[0]), dtype=np.int32), np.empty(2 * len(found[0])))
+    for i in range(len(found[0])):
+        wide[0][i], wide[1][i] = found[0][i], found[1][i]
+    return wide
+
+
+@compiled
+def fly_all(
+    place: Place, flights: Flights, ends: Ends, unseen: Flags, world: World
+) -> tuple[Floats, Offsets, Ints, Floats]:
+    """Return what each flight sees.
+
+    Returns
+    -------
+    start_s, first, particle, seen_at
+        When each leg's road begins, (C,); where its sightings start, (C + 1,); the sightings.
+    """
+    wanted, end_of = flights
+    around = look_around(place, ends, end_of, unseen, world)
+    here = around[0]
+    met_by = np.zeros(len(unseen), dtype=np.int32)
+    start_s, first = np.empty(len(wanted)), np.zeros(len(wanted) + 1, dtype=np.int64)
+    found: Found = (np.empty(2 * len(unseen), dtype=np.int32), np.empty(2 * len(unseen)))
+    count = nothing()
+    for c in range(len(wanted)):
+        if count + len(unseen) > len(found[0]):
+            found = roomier(found)
+        away_s = ends[2][end_of[c]] if end_of[c] >= 0 else 0.0
+        start_s[c] = place[0] + away_s
+        for who in here:
+            found[0][count], found[1][count] = who, place[0]
+            met_by[who] = c + 1
+            count += 1
+        count = see_on_the_way(end_of[c], start_s[c], around, (met_by, c + 1), found, count)
+        road, marks = (wanted[c], start_s[c]), (met_by, c + 1, c + 1)
+        count = see_along_road(road, unseen, marks, world, found, count)
+        first[c + 1] = count
+    return start_s, first, found[0][:count], found[1][:count]
+
+
+@compiled
+def worth_of(found: Found, count: int, weight: Floats, goal: Goal) -> tuple[float, float]:
+    """Return what the first sightings are worth in all, and the weight of their particles."""
+    reward, seen = 0.0, 0.0
+    for j in range(count):
+        who = found[0][j]
+        reward += weight[who] * reward_of(found[1][j], goal)
+        seen += weight[who]
+    return reward, seen
+
+
+@compiled
+def legs_by_end(end_of: Ints, many: int) -> tuple[Ints, Ints]:
+    """Return the chains of legs behind each end: heads, (many + 1,), end -1 first; next, (C,)."""
+    head = np.full(many + 1, -1, dtype=np.int32)
+    following = np.empty(len(end_of), dtype=np.int32)
+    for c in range(len(end_of) - 1, -1, -1):
+        following[c] = head[end_of[c] + 1]
+        head[end_of[c] + 1] = c
+    return head, following
+
+
+@compiled
+def score_all(
+    place: Place,
+    flights: Flights,
+    ends: Ends,
+    unseen: Flags,
+    world: World,
+    aim: tuple[Floats, Goal],
+) -> tuple[Floats, Floats, Floats]:
+    """Return what each flight earns; ``aim`` holds the particles' weights and the goal.
+
+    Returns
+    -------
+    start_s, reward, seen
+        When each leg's road begins, the expected reward, and the weight of the particles seen,
+        (C,) each.
+    """
+    wanted, end_of = flights
+    weight, goal = aim
+    around = look_around(place, ends, end_of, unseen, world)
+    met_by = np.zeros(len(unseen), dtype=np.int32)
+    found = (np.empty(len(unseen), dtype=np.int32), np.empty(len(unseen)))
+    at_once, still = 0.0, unseen.copy()
+    for who in around[0]:
+        still[who] = False
+        at_once += weight[who]
+    sums = np.empty((3, len(wanted)))
+    head, following = legs_by_end(end_of, len(ends[2]))
+    for end in range(-1, len(ends[2])):
+        if head[end + 1] < 0:
+            continue
+        start_s = place[0] + (ends[2][end] if end >= 0 else 0.0)
+        count = see_on_the_way(end, start_s, around, (met_by, end + 2), found, nothing())
+        reward, seen = worth_of(found, count, weight, goal)
+        reward += at_once * reward_of(place[0], goal)
+        c = head[end + 1]
+        while c >= 0:
+            marks = (met_by, end + 2, -1 - c)
+            count = see_along_road((wanted[c], start_s), still, marks, world, found, nothing())
+            more, others = worth_of(found, count, weight, goal)
+            sums[0, c], sums[1, c], sums[2, c] = start_s, reward + more, seen + at_once + others
+            c = following[c]
+    return sums[0], sums[1], sums[2]

@@ -12,12 +12,12 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels import FuturesColumns, last_at_or_before, piece_at
 from planner.jit import compiled
+from planner.search.kernels_crowd import Crowd
 from planner.search.kernels_waypoints import (
     LEFT,
     REWARD,
     SEEN,
     WAIT,
-    Crowd,
     Found,
     Goal,
     Limits,

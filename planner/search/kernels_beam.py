@@ -9,27 +9,17 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels import FuturesColumns
 from planner.jit import compiled
-from planner.search.kernels import (
-    Chain,
-    LegColumns,
-    Sensing,
-    leg_sightings,
-    lengths_of,
-    most_sightings,
-    transit_sightings,
-)
-from planner.search.kernels_passages import PassageColumns
+from planner.search.kernels import Flights, World, fly_all, reward_of, score_all
+from planner.search.kernels_transits import Ends, Place
 
 # Per node: first (V + 1,), leg (Y,), which of the node's hops leads to the leg (Y,), -1: none.
 Ways: TypeAlias = tuple[Offsets, Ints, Ints]
-# Per node: first (V + 1,), by bearing: node (Z,), bearing (Z,), unit vector (Z, 2), seconds (Z,).
-Hops: TypeAlias = tuple[Offsets, Ints, Floats, Floats, Floats]
-# to_node (L,), duration (L,), node places (V, 2), the legs' points, way home by node (V,) s.
-Roads: TypeAlias = tuple[Ints, Floats, Floats, LegColumns, Floats]
-# ..., weight (N,), whether the sensor is on between roads
-World: TypeAlias = tuple[FuturesColumns, PassageColumns, Sensing, Floats, bool]
+# Per node: first (V + 1,), by bearing: bearing (Z,), unit vector (Z, 2), seconds (Z,).
+Hops: TypeAlias = tuple[Offsets, Floats, Floats, Floats]
+# to_node (L,), duration (L,), node places (V, 2), way home by node (V,) s, weights (N,).
+Roads: TypeAlias = tuple[Ints, Floats, Floats, Floats, Floats]
+Setting: TypeAlias = tuple[Ways, Hops, Roads, World]
 Goal: TypeAlias = tuple[float, float, float]  # horizon, deadline (inf: none), latest end; seconds
 # What the first legs see: where each one's particles start, the particles; and who was unseen.
 FirstFlights: TypeAlias = tuple[Offsets, Ints, Flags]
@@ -44,77 +34,18 @@ SAME = 1e-9  # states at the same node that differ less in time and reward are o
 
 
 @compiled
-def reward_of(seen_s: float, goal: Goal) -> float:
-    """Return what a sighting is worth, as ``Objective.reward`` says."""
-    if goal[1] < np.inf:
-        return 1.0 if seen_s <= goal[1] else 0.0
-    return max(0.0, goal[0] - seen_s)
-
-
-@compiled
-def fly_ways(
-    place: tuple[float, int],
-    wanted: tuple[Ints, Ints],
-    unseen: Flags,
-    roads: Roads,
-    hops: Hops,
-    world: World,
-) -> tuple[Floats, Offsets, Ints, Floats]:
-    """Return what each way from a node at a time would see.
-
-    Parameters
-    ----------
-    place
-        Time in seconds, and the node.
-    wanted
-        Legs, (C,), and which of the node's hops leads to each.
-
-    Returns
-    -------
-    start_s, first, particle, seen_at
-        When each leg's road begins, (C,); where its sightings start, (C + 1,); the sightings.
-    """
-    now_s, node = place
-    legs, hop = wanted
-    _, duration_s, node_xy_m, points, _ = roads
-    futures, passages, sensing, _, in_transit = world
-    begin, end = hops[0][node], hops[0][node + 1]
-    if len(legs) == 1 and hop[0] >= 0:  # all other hops lead elsewhere
-        begin, end = begin + hop[0], begin + hop[0] + 1
-    many = end - begin if in_transit and hop.max() >= 0 else 0
-    head: Ints = np.empty(0, np.int32)
-    chain: Chain = (head, head, np.empty(0))
-    lengths = head
-    if many > 0:
-        waypoints = (np.empty(2 * many), np.empty(2 * many), np.empty(2 * many))
-        for j in range(many):
-            there = hops[1][begin + j]
-            waypoints[0][2 * j], waypoints[0][2 * j + 1] = now_s, now_s + hops[4][begin + j]
-            waypoints[1][2 * j], waypoints[1][2 * j + 1] = node_xy_m[node, 0], node_xy_m[there, 0]
-            waypoints[2][2 * j], waypoints[2][2 * j + 1] = node_xy_m[node, 1], node_xy_m[there, 1]
-        transits = (hops[2][begin:end], waypoints, hops[3][begin:end])
-        here = (now_s, node_xy_m[node, 0], node_xy_m[node, 1])
-        head, chain = transit_sightings(here, transits, unseen, futures, sensing)
-        lengths = lengths_of(head, chain)
-    start_s, heads = np.empty(len(legs)), np.full(len(legs), -1, dtype=np.int32)
-    most = 0
-    for c in range(len(legs)):
-        start_s[c] = now_s
-        if hop[c] >= 0:
-            at = hops[0][node] + hop[c]
-            start_s[c] += hops[4][at]
-            if many > 0:
-                heads[c] = head[at - begin]
-                most += lengths[at - begin]
-    spans = np.empty((len(legs), 2, 2), dtype=np.int64)
-    most += most_sightings(legs, start_s, start_s + duration_s[legs], passages, spans)
-    found = (np.empty(most, dtype=np.int32), np.empty(most))
-    flights = (legs, start_s, heads, spans)
-    count = leg_sightings(flights, unseen, points, (futures, passages, sensing[0]), chain, found)
-    first = np.zeros(len(legs) + 1, dtype=np.int64)
-    for c in range(len(legs)):
-        first[c + 1] = spans[c, 1, 1]
-    return start_s, first, found[0][:count], found[1][:count]
+def set_out(
+    moment_s: float, node: int, ways: tuple[int, int], setting: Setting
+) -> tuple[Place, Flights, Ends]:
+    """Return some of the ways from a node, from (included) to (excluded), as flights from there."""
+    (_, leg, hop), (first, bearing, way, away_s), roads, _ = setting
+    y, y_end = ways
+    begin, end = first[node], first[node + 1]
+    return (
+        (moment_s, roads[2][node, 0], roads[2][node, 1]),
+        (leg[y:y_end], hop[y:y_end]),
+        (bearing[begin:end], way[begin:end], away_s[begin:end]),
+    )
 
 
 @compiled
@@ -194,11 +125,11 @@ def unseen_after(
     i: int,
     states: tuple[Tree, Worth, Ints],
     flown: FirstFlights,
-    setting: tuple[Ways, Hops, Roads, World],
+    setting: Setting,
     unseen: Flags,
 ) -> None:
     """Find out which particles a state has not seen, (N,): its parent's, less its own leg's."""
-    ways, hops, roads, world = setting
+    ways, _, roads, world = setting
     tree, worth, masks = states
     parent = tree[PARENT, i]
     if parent < 0:
@@ -211,18 +142,17 @@ def unseen_after(
     node = roads[0][tree[LEG, parent]]
     for y in range(ways[0][node], ways[0][node + 1]):
         if ways[1][y] == tree[LEG, i]:
-            wanted = (ways[1][y : y + 1], ways[2][y : y + 1])
-            place = (worth[END, parent], node)
-            _, first, particle, _ = fly_ways(place, wanted, unseen, roads, hops, world)
-            for j in range(first[0], first[1]):
-                unseen[particle[j]] = False
+            place, flights, ends = set_out(worth[END, parent], node, (y, y + 1), setting)
+            _, _, particle, _ = fly_all(place, flights, ends, unseen, world)
+            for who in particle:
+                unseen[who] = False
 
 
 @compiled
 def grow(
     bucket: tuple[int, int, float, float],
     states: tuple[Tree, Worth, Ints, Ints, Ints],
-    setting: tuple[Ways, Hops, Roads, World],
+    setting: Setting,
     goal: Goal,
     outlook: Outlook,
     flown: FirstFlights,
@@ -241,13 +171,11 @@ def grow(
     """
     number, width, begin_s, bucket_s = bucket
     tree, worth, masks, heads, counts = states
-    ways, hops, roads, world = setting
-    to_node, duration_s, home_s = roads[0], roads[1], roads[4]
-    weight = world[3]
+    ways, _, (to_node, duration_s, _, home_s, weight), world = setting
     unseen = np.empty(len(weight), dtype=np.bool_)
     for i in fittest(heads[number], width, tree, worth, to_node):
         now_s, node = worth[END, i], to_node[tree[LEG, i]]
-        most = worth[REWARD, i] + worth[UNSEEN, i] * reward_of(now_s, goal)
+        most = worth[REWARD, i] + worth[UNSEEN, i] * reward_of(now_s, (goal[0], goal[1]))
         if most <= worth[REWARD, counts[2]] * (1.0 + SAME):
             continue
         unseen_after(i, (tree, worth, masks), flown, setting, unseen)
@@ -258,26 +186,20 @@ def grow(
         tree[SLOT, i] = counts[1]
         pack(unseen, masks[counts[1]])
         counts[1] += 1
-        y, y_end = ways[0][node], ways[0][node + 1]
-        wanted = (ways[1][y:y_end], ways[2][y:y_end])
-        start_s, first, particle, seen_at = fly_ways(
-            (now_s, node), wanted, unseen, roads, hops, world
-        )
+        place, flights, ends = set_out(now_s, node, (ways[0][node], ways[0][node + 1]), setting)
+        aim = (weight, (goal[0], goal[1]))
+        start_s, earned, seen = score_all(place, flights, ends, unseen, world, aim)
         tree, worth = room_for(counts[0] + len(start_s), tree, worth)
         for c in range(len(start_s)):
-            leg = wanted[0][c]
+            leg = flights[0][c]
             end_s = start_s[c] + duration_s[leg]
-            if end_s + home_s[to_node[leg]] > goal[2] or reward_of(start_s[c], goal) <= 0.0:
+            if end_s + home_s[to_node[leg]] > goal[2] or reward_of(start_s[c], aim[1]) <= 0.0:
                 continue
-            earned, met = 0.0, 0.0
-            for j in range(first[c], first[c + 1]):
-                earned += weight[particle[j]] * reward_of(seen_at[j], goal)
-                met += weight[particle[j]]
             new, later = counts[0], max(number + 1, int((end_s - begin_s) / bucket_s))
             counts[0] += 1
             tree[PARENT, new], tree[LEG, new] = i, leg
-            worth[END, new], worth[REWARD, new] = end_s, worth[REWARD, i] + earned
-            worth[UNSEEN, new] = max(0.0, worth[UNSEEN, i] - met)
+            worth[END, new], worth[REWARD, new] = end_s, worth[REWARD, i] + earned[c]
+            worth[UNSEEN, new] = max(0.0, worth[UNSEEN, i] - seen[c])
             worth[PROMISE, new] = promise(end_s, worth[REWARD, new], worth[UNSEEN, new], outlook)
             if later < len(heads):
                 tree[NEXT, new], heads[later] = heads[later], new

@@ -10,36 +10,24 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels import FuturesColumns, piece_at
 from planner.jit import compiled
+from planner.search.kernels_motion import BEGIN, END, VX, VY, Motion, X, Y, nothing
 
-# first (2 R + 1,), from_s, to_s, latest_s (M,), particle (M,): list r holds those that move past
-# road r, list R + r those that rest there; each by rising from_s, latest_s the running maximum
-# of to_s.
-PassageColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats, Ints]
+# first (2 R + 1,), from_s, to_s, latest_s (M,), particle, its piece at from_s (M,): list r holds
+# those that move past road r, list R + r those that rest there; each by rising from_s, latest_s
+# the running maximum of to_s.
+PassageColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats, Ints, Offsets]
 Roads: TypeAlias = tuple[Offsets, Floats, Floats]  # first_point (R + 1,), x_m, y_m
 Box: TypeAlias = tuple[float, float, float, int, int]  # west, south, size, columns, rows
-Cells: TypeAlias = tuple[Box, Offsets, Ints, Ints]  # box, first, segment's point, its road
-Records: TypeAlias = tuple[Ints, Floats, Floats, Ints, Ints]  # list, from, to, particle, last knot
+Cells: TypeAlias = tuple[Box, Offsets, Ints]  # box, first, (S, 2): a segment's point, its road
+# (M, 4): list, particle, its first piece and its last one so far; (M, 2): from, to
+Records: TypeAlias = tuple[Ints, Floats]
 
 
 @compiled
 def padded(radius_m: float) -> float:
     """Return a radius that is certainly not too small, whatever is lost by rounding."""
     return radius_m * (1.0 + 1e-9) + 1e-6
-
-
-@compiled
-def fastest(futures: FuturesColumns) -> float:
-    """Return the highest speed of any particle, m/s; infinity if one jumps."""
-    time_s, x_m, y_m, first_knot, _ = futures
-    highest = 0.0
-    for particle in range(len(first_knot) - 1):
-        for k in range(first_knot[particle], first_knot[particle + 1] - 1):
-            way_m = np.hypot(x_m[k + 1] - x_m[k], y_m[k + 1] - y_m[k])
-            if way_m > 0.0:
-                highest = max(highest, way_m / max(0.0, time_s[k + 1] - time_s[k]))
-    return highest
 
 
 @compiled
@@ -89,24 +77,24 @@ def roads_by_cell(roads: Roads, radius_m: float) -> Cells:
     box = box_of(roads, radius_m)
     first = np.zeros(box[3] * box[4] + 1, dtype=np.int64)
     free = np.zeros(len(first), dtype=np.int64)
-    segment, owner = np.empty(0, np.int32), np.empty(0, np.int32)
+    near = np.empty((0, 2), np.int32)
     for filling in range(2):
         if filling:
             for cell in range(len(first) - 1):
                 first[cell + 1] += first[cell]
                 free[cell] = first[cell]
-            segment, owner = np.empty(first[-1], np.int32), np.empty(first[-1], np.int32)
+            near = np.empty((first[-1], 2), np.int32)
         for road in range(len(first_point) - 1):
             for point in range(first_point[road], first_point[road + 1] - 1):
                 a, b, c, d = segment_cells(box, x_m, y_m, point, radius_m)
                 for row in range(c, d + 1):
                     for cell in range(row * box[3] + a, row * box[3] + b + 1):
                         if filling:
-                            segment[free[cell]], owner[free[cell]] = point, road
+                            near[free[cell], 0], near[free[cell], 1] = point, road
                             free[cell] += 1
                         else:
                             first[cell + 1] += 1
-    return box, first, segment, owner
+    return box, first, near
 
 
 @compiled
@@ -155,30 +143,25 @@ def inside(place: float, speed: float, low: float, high: float) -> tuple[float, 
 @compiled
 def room_for(count: int) -> Records:
     """Return empty columns for so many records."""
-    return (
-        np.empty(count, dtype=np.int32),
-        np.empty(count),
-        np.empty(count),
-        np.empty(count, dtype=np.int32),
-        np.empty(count, dtype=np.int32),
-    )
+    return np.empty((count, 4), dtype=np.int32), np.empty((count, 2))
 
 
 @compiled
 def grown(records: Records) -> Records:
     """Return the same records with room for twice as many."""
-    lists, from_s, to_s, particle, knot = records
-    wide = room_for(2 * len(lists))
-    many = len(lists)
-    wide[0][:many], wide[1][:many], wide[2][:many] = lists, from_s, to_s
-    wide[3][:many], wide[4][:many] = particle, knot
+    wide = room_for(2 * len(records[0]))
+    for i in range(len(records[0])):
+        for j in range(4):
+            wide[0][i, j] = records[0][i, j]
+        for j in range(2):
+            wide[1][i, j] = records[1][i, j]
     return wide
 
 
 @compiled
 def record_piece(
-    piece: tuple[float, float, float, float, float, float],
-    who: tuple[int, int],
+    at: tuple[int, int, float],
+    pieces: Floats,
     world: tuple[Floats, Cells, float],
     books: tuple[Ints, Ints],
     records: Records,
@@ -188,64 +171,83 @@ def record_piece(
 
     Consecutive pieces beside the same road make one passage. Returns the new count of records,
     for which there must be room.
+
+    Parameters
+    ----------
+    at
+        The piece, the particle, and when it is gone.
+    books
+        Per road segment the piece last looked at (plus 1), per list the record last opened.
     """
-    x, y, vx, vy, starts_s, lasts_s = piece
-    particle, knot = who
-    segments, cells, radius_m = world
-    box, first, segment, owner = cells
+    segments, (box, first, near), radius_m = world
     seen_segment, open_record = books
-    entries, from_s, to_s, of_particle, last_knot = records
-    rests = 0 if lasts_s < np.inf else len(open_record) // 2
-    way_s = lasts_s if lasts_s < np.inf else 0.0
+    kinds, times_s = records
+    k, who, gone_s = at
+    begin_s, lasts_s = pieces[k, BEGIN], min(pieces[k, END], gone_s) - pieces[k, BEGIN]
+    x, y, vx, vy = pieces[k, X], pieces[k, Y], pieces[k, VX], pieces[k, VY]
+    way_s, rests = (lasts_s, 0) if lasts_s < np.inf else (0.0, len(open_record) // 2)
     far_x, far_y = x + vx * way_s, y + vy * way_s
     a, b, c, d = cell_range(box, (min(x, far_x), min(y, far_y)), (max(x, far_x), max(y, far_y)))
-    if a > b:
-        return count
-    for row in range(c, d + 1):
+    for row in range(c, d + 1 if a <= b else c):
         for i in range(first[row * box[3] + a], first[row * box[3] + b + 1]):
-            if seen_segment[segment[i]] == knot + 1:
+            segment, entry = near[i, 0], near[i, 1] + rests
+            if seen_segment[segment] == k + 1:
                 continue
-            seen_segment[segment[i]] = knot + 1
-            begin_s, end_s = beside_segment((x, y, vx, vy, lasts_s), segments, segment[i], radius_m)
-            if begin_s > end_s:
-                continue
-            entry = owner[i] + rests
-            at = open_record[entry]
-            if at < 0 or of_particle[at] != particle or last_knot[at] < knot - 1:
-                at = open_record[entry] = count
-                count += 1
-                entries[at], of_particle[at], from_s[at], to_s[at] = (
-                    entry,
-                    particle,
-                    np.inf,
-                    -np.inf,
-                )
-            from_s[at] = min(from_s[at], starts_s + begin_s)
-            to_s[at] = max(to_s[at], starts_s + end_s)
-            last_knot[at] = knot
+            seen_segment[segment] = k + 1
+            from_s, to_s = beside_segment((x, y, vx, vy, lasts_s), segments, segment, radius_m)
+            if from_s <= to_s:
+                i_open = open_record[entry]
+                if i_open < 0 or kinds[i_open, 1] != who or kinds[i_open, 3] < k - 1:
+                    i_open = open_record[entry] = count
+                    count += 1
+                    kinds[i_open, 0], kinds[i_open, 1], kinds[i_open, 2] = entry, who, k
+                    times_s[i_open, 0], times_s[i_open, 1] = np.inf, -np.inf
+                kinds[i_open, 3] = k
+                times_s[i_open, 0] = min(times_s[i_open, 0], begin_s + from_s)
+                times_s[i_open, 1] = max(times_s[i_open, 1], begin_s + to_s)
     return count
 
 
 @compiled
-def all_passages(
-    futures: FuturesColumns, roads: Roads, radius_m: float
-) -> tuple[Ints, Floats, Floats, Ints]:
-    """Return every particle's passages along every road: list, from_s, to_s, particle."""
-    time_s, x_m, y_m, first_knot, gone = futures
+def all_passages(motion: Motion, roads: Roads, radius_m: float) -> Records:
+    """Return every particle's passages along every road, in no certain order."""
+    pieces, first_piece, gone_s, _, _, _, _ = motion
     many = len(roads[0]) - 1
     near_m = padded(radius_m)
     world = (segments_of(roads), roads_by_cell(roads, near_m), near_m)
     books = (np.zeros(len(roads[1]), np.int32), np.full(2 * many, -1, np.int32))
-    records = room_for(2 * len(time_s) + many)
-    count = 0
-    for particle in range(len(first_knot) - 1):
-        k_end = first_knot[particle + 1]
-        for k in range(first_knot[particle], k_end):
+    records = room_for(2 * len(pieces) + many)
+    count = nothing()
+    for who in range(len(gone_s)):
+        for k in range(first_piece[who], first_piece[who + 1]):
             if count + many > len(records[0]):
                 records = grown(records)
-            x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, time_s[k])
-            if k + 1 == k_end and gone[particle]:
-                until_s = time_s[k]
-            piece = (x, y, vx, vy, time_s[k], until_s - time_s[k])
-            count = record_piece(piece, (particle, k), world, books, records, count)
-    return records[0][:count], records[1][:count], records[2][:count], records[3][:count]
+            count = record_piece((k, who, gone_s[who]), pieces, world, books, records, count)
+    return records[0][:count], records[1][:count]
+
+
+@compiled
+def in_order(records: Records, order: Offsets, lists: int) -> PassageColumns:
+    """Return the records by list; within each in the order given, which is by rising from_s."""
+    kinds, times_s = records
+    many = len(order)
+    first = np.zeros(lists + 1, dtype=np.int64)
+    for i in range(many):
+        first[kinds[i, 0] + 1] += 1
+    for entry in range(lists):
+        first[entry + 1] += first[entry]
+    free = first.copy()
+    from_s, to_s, latest_s = np.empty(many), np.empty(many), np.empty(many)
+    particle, piece = np.empty(many, np.int32), np.empty(many, np.int64)
+    for i in order:
+        entry = kinds[i, 0]
+        at = free[entry]
+        free[entry] += 1
+        from_s[at], to_s[at], particle[at], piece[at] = (
+            times_s[i, 0],
+            times_s[i, 1],
+            kinds[i, 1],
+            kinds[i, 2],
+        )
+        latest_s[at] = to_s[at] if at == first[entry] else max(to_s[at], latest_s[at - 1])
+    return first, from_s, to_s, latest_s, particle, piece

@@ -7,7 +7,8 @@ import numpy as np
 from planner.arrays import Flags, Floats, Ints
 from planner.detection.kernels import FuturesColumns, last_at_or_before, piece_at
 from planner.jit import compiled
-from planner.search.kernels import LegColumns, Place
+from planner.search.kernels import LegColumns
+from planner.search.kernels_transits import Place
 
 Ticks: TypeAlias = tuple[Floats, Floats, Floats]  # time_s, x_m, y_m of the UAV at each look
 
@@ -15,7 +16,7 @@ Ticks: TypeAlias = tuple[Floats, Floats, Floats]  # time_s, x_m, y_m of the UAV 
 @compiled
 def looks(place: Place, leg: int, start_s: float, legs: LegColumns, tick_s: float) -> Ticks:
     """Return where the UAV is at each tick of its flight to a leg and along it."""
-    first_point, after_s, leg_x, leg_y = legs
+    first_point, after_s, leg_x, leg_y, _, _ = legs
     begin, end = first_point[leg], first_point[leg + 1]
     flight = (np.empty(end - begin + 1), np.empty(end - begin + 1), np.empty(end - begin + 1))
     flight[0][0], flight[1][0], flight[2][0] = place

@@ -19,7 +19,7 @@ class Planner(Protocol):
     def __call__(
         self, problem: "Problem", *, budget: "Budget", rng: "np.random.Generator"
     ) -> "Plan":
-        """Return the plan, with at most as many legs as the budget has roads if it searches."""
+        """Return the plan; what bounds it, the budget's roads or its work, the planner says."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,12 @@ def _beam() -> Planner:
     return beam
 
 
+def _anneal_waypoints() -> Planner:
+    from planner.search.anneal_waypoints import anneal_waypoints
+
+    return anneal_waypoints
+
+
 def _lns() -> Planner:
     from planner.search.lns import lns
 
@@ -109,6 +115,13 @@ METHODS = (
     Method("best", "ever wider beams, polished, the best of all chosen", True, _best, chooses=True),
     Method("beam", "many road orders side by side", True, _beam, chooses=True),
     Method("lns", "rate's order, cut and repaired again and again", True, _lns),
+    Method(
+        "anneal-waypoints",
+        "free movement: the beam's plan, turned, cut short and hovering where that finds sooner",
+        True,
+        _anneal_waypoints,
+        chooses=True,
+    ),
     Method("greedy", "the paper's what-if simulations, one road after the other", True, _greedy),
     Method("rate", "the leg that earns most per second of flight, then the next", True, _rate),
     Method("lookahead", "the pair of legs that earns most per second", True, _lookahead),

@@ -22,7 +22,7 @@ class Uav:
     y_m: float
     take_off_s: float  # seconds on the target's clock
     speed_mps: float
-    altitude_m: float = 0.0  # carried through to flight plans
+    altitude_m: float = 0.0  # above ground; carried through to plan.json
     max_flight_time_s: float = np.inf
     return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
 
@@ -76,7 +76,7 @@ class Budget:
     """How much a planner may do; in units of work, so that the same budget gives the same plan."""
 
     roads: int = 16  # at most so many legs in the plan ("depth")
-    work: int = 10_000  # road orders that methods with a choice between orders may grow
+    work: int = 3_000  # road orders that methods with a choice between orders may grow
     stop: Callable[[], bool] = bool  # asked often; once it says so, the best so far is returned
     told: Callable[[float, int], None] | None = None  # hears the best value and the work done
 

@@ -83,7 +83,7 @@ def toward_next(engine: WhatIf, state: SearchState) -> SearchState | None:
     legs = legs_ahead(problem, state)
     start_s = np.full(len(problem.legs), np.inf)
     start_s[legs] = state.time_s + problem.legs.transit_s(state.x_m, state.y_m)[legs]
-    first, from_s, to_s, _, particle = engine.passages
+    first, from_s, to_s, _, particle, _ = engine.passages
     roads = len(problem.network.road_ids)
     road = np.repeat(np.arange(2 * roads) % roads, np.diff(first))
     leg = (2 * road[:, None] + (0, 1)).ravel()

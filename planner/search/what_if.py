@@ -1,12 +1,14 @@
 """What-if flights (Figure 6): what each of many legs would see from one place and time on."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import columns
-from planner.search.problem import Problem
+from planner.search.problem import Legs, Problem
 from planner.search.state import SearchState
 
 
@@ -53,6 +55,17 @@ class Sightings:
         return seen_at
 
 
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """What each of C legs would earn with the particles not seen yet, if it were flown next."""
+
+    leg: Ints  # (C,) leg index
+    start_s: Floats  # (C,) seconds, when its road begins
+    end_s: Floats  # (C,) seconds, when its road ends
+    reward: Floats  # (C,) expected reward of the sightings, by the problem's objective
+    seen: Floats  # (C,) weight of the particles seen
+
+
 class WhatIf:
     """Flies every leg in thought against one problem's futures; exact, in continuous time.
 
@@ -61,18 +74,31 @@ class WhatIf:
     """
 
     def __init__(self, problem: Problem) -> None:
-        from planner.search.kernels_passages import fastest
+        from planner.search.kernels_motion import motion_of
 
         legs, sensor = problem.legs, problem.sensor
         self.problem = problem
-        self.futures_columns = columns(problem.futures)
-        self.leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m)
-        self.passages = passages(problem)
-        self.sensing = (
-            float(sensor.radius_m),
-            float(legs.speed_mps),
-            float(fastest(self.futures_columns)),
-        )
+        self.motion = motion_of(columns(problem.futures))
+        self.leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs))
+        self.sensing = (float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit)
+        self.passages = passages(problem, self.motion)
+        self.world = (self.motion, self.passages, self.leg_columns, self.sensing)
+        self._around = lru_cache(maxsize=256)(partial(_around, legs.node_xy_m, legs.speed_mps))
+
+    def score(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Scores:
+        """Return what each leg would earn from a state on, by the problem's objective.
+
+        As ``fly``, but without the single sightings.
+        """
+        from planner.search.kernels import score_all
+
+        place, flights, ends, look_for = self._asked(state, legs, unseen)
+        objective = self.problem.objective
+        by_s = np.inf if objective.by_s is None else float(objective.by_s)
+        aim = (self.problem.futures.weight, (float(objective.horizon_s), by_s))
+        start_s, reward, seen = score_all(place, flights, ends, look_for, self.world, aim)
+        end_s = start_s + self.problem.legs.duration_s[flights[0]]
+        return Scores(flights[0], start_s, end_s, reward, seen)
 
     def fly(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Sightings:
         """Return what each leg would see from a state on.
@@ -84,58 +110,20 @@ class WhatIf:
         unseen
             The particles to look for, (N,); by default those the state has not seen.
         """
-        from planner.search.kernels import leg_sightings, most_sightings
+        from planner.search.kernels import fly_all
 
-        known = self.problem.legs
+        place, flights, ends, look_for = self._asked(state, legs, unseen)
+        start_s, first, particle, seen_at = fly_all(place, flights, ends, look_for, self.world)
+        end_s = start_s + self.problem.legs.duration_s[flights[0]]
+        return Sightings(flights[0], start_s, end_s, first, particle, seen_at)
+
+    def _asked(self, state: SearchState, legs: Ints, unseen: Flags | None) -> tuple[Any, ...]:
+        """Return place, flights, ends and the particles to look for, as the kernels take them."""
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
         look_for = np.isinf(state.seen_at) if unseen is None else unseen
-        nodes = known.from_node[wanted]
-        start_at_node, heads, chain, counts = self._transits(state, nodes, look_for)
-        start_s = start_at_node[nodes]
-        end_s = start_s + known.duration_s[wanted]
-        spans = np.empty((len(wanted), 2, 2), dtype=np.int64)
-        most = most_sightings(wanted, start_s, end_s, self.passages, spans)
-        most += int(counts[nodes].sum())
-        found = (np.empty(most, dtype=np.int32), np.empty(most))
-        world = (self.futures_columns, self.passages, self.sensing[0])
-        flights = (wanted, start_s, heads[nodes], spans)
-        count = leg_sightings(flights, look_for, self.leg_columns, world, chain, found)
-        first = np.concatenate(([0], spans[:, 1, 1]))
-        return Sightings(wanted, start_s, end_s, first, found[0][:count], found[1][:count])
-
-    def _transits(
-        self, state: SearchState, nodes: Ints, unseen: Flags
-    ) -> tuple[Floats, Ints, tuple[Ints, Ints, Floats], Ints]:
-        """Fly straight to each node that a leg starts at, once.
-
-        Returns when the UAV is there (V,), the head of each node's chain of sightings (V,), the
-        chains, and their lengths (V,).
-        """
-        from planner.search.kernels import bearings_of, lengths_of, transit_sightings
-
         place = (float(state.time_s), float(state.x_m), float(state.y_m))
-        node_xy_m = self.problem.legs.node_xy_m
-        offset = node_xy_m - place[1:]
-        away_m = np.hypot(offset[:, 0], offset[:, 1])
-        arrive_s = place[0] + away_m / self.sensing[1]
-        asked = np.zeros(len(node_xy_m), dtype=np.bool_)
-        if self.problem.sensor.detects_in_transit:
-            asked[nodes] = offset[nodes].any(axis=1)
-        ends = np.flatnonzero(asked)
-        bearings = bearings_of(offset[ends])
-        order = np.argsort(bearings)
-        ends = ends[order]
-        waypoints = np.empty((3, len(ends), 2))
-        waypoints[:, :, 0] = np.array(place)[:, None]
-        waypoints[0, :, 1] = arrive_s[ends]
-        waypoints[1:, :, 1] = node_xy_m[ends].T
-        flat = waypoints.reshape(3, -1)
-        ways = offset[ends] / away_m[ends, None]
-        transits = (bearings[order], (flat[0], flat[1], flat[2]), ways)
-        head, chain = transit_sightings(place, transits, unseen, self.futures_columns, self.sensing)
-        heads, counts = np.full((2, len(node_xy_m)), [[-1], [0]], dtype=np.int32)
-        heads[ends], counts[ends] = head, lengths_of(head, chain)
-        return arrive_s, heads, chain, counts
+        end_of_node, ends = self._around(place[1], place[2])
+        return place, (wanted, end_of_node[self.problem.legs.from_node[wanted]]), ends, look_for
 
     def fly_by_ticks(
         self, state: SearchState, legs: Ints, tick_s: float, *, unseen: Flags | None = None
@@ -155,8 +143,8 @@ class WhatIf:
             (wanted, start_s),
             look_for,
             self.leg_columns,
-            self.futures_columns,
-            (self.sensing[0], float(tick_s), self.problem.sensor.detects_in_transit),
+            columns(self.problem.futures),
+            (self.sensing[0], float(tick_s), self.sensing[2]),
         )
         flight, particle = np.nonzero(np.isfinite(seen_at))
         first = np.searchsorted(flight, np.arange(len(wanted) + 1))
@@ -164,27 +152,44 @@ class WhatIf:
         return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
 
 
-def passages(problem: Problem) -> tuple[Offsets, Floats, Floats, Floats, Ints]:
+def _around(
+    node_xy_m: Floats, speed_mps: float, x_m: float, y_m: float
+) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
+    """Return which end each node is, seen from a place, (V,), -1: it is there; and the ends."""
+    from planner.search.kernels_transits import bearings_of
+
+    offset = node_xy_m - (x_m, y_m)
+    away_m = np.hypot(offset[:, 0], offset[:, 1])
+    nodes = np.flatnonzero(away_m > 0.0)
+    bearings = bearings_of(offset[nodes])
+    order = np.argsort(bearings, kind="stable")
+    nodes = nodes[order]
+    end_of_node = np.full(len(node_xy_m), -1, dtype=np.int32)
+    end_of_node[nodes] = np.arange(len(nodes))
+    ways = offset[nodes] / away_m[nodes, None]
+    return end_of_node, (bearings[order], ways, away_m[nodes] / speed_mps)
+
+
+def velocities(legs: Legs) -> tuple[Floats, Floats]:
+    """Return the UAV's velocity from each of the legs' points on, (Q,) m/s in x and in y."""
+    steps = np.diff([legs.x_m, legs.y_m], append=0.0)
+    lengths = np.hypot(*steps)
+    per_metre = np.divide(legs.speed_mps, lengths, out=np.zeros(len(lengths)), where=lengths > 0.0)
+    return steps[0] * per_metre, steps[1] * per_metre
+
+
+def passages(
+    problem: Problem, motion: tuple[Any, ...]
+) -> tuple[Offsets, Floats, Floats, Floats, Ints, Offsets]:
     """Return every particle's passages along every road, by road and time.
 
     The columns are those of ``kernels_passages.PassageColumns``.
     """
-    from planner.search.kernels_passages import all_passages
+    from planner.search.kernels_passages import all_passages, in_order
 
     network = problem.network
     shape = network.shape_xy_m
     roads = (network.first_point, shape[:, 0].copy(), shape[:, 1].copy())
-    lists = 2 * len(network.road_ids)
-    entry, from_s, to_s, particle = all_passages(
-        columns(problem.futures), roads, problem.sensor.radius_m
-    )
-    order = np.argsort(from_s)
-    # Small integers are sorted by digits, many times faster.
-    by_entry = entry[order].astype(np.min_scalar_type(lists))
-    order = order[np.argsort(by_entry, kind="stable")]
-    first = np.searchsorted(entry[order], np.arange(lists + 1))
-    to_s = to_s[order]
-    latest_s = to_s.copy()
-    for begin, end in zip(first[:-1].tolist(), first[1:].tolist(), strict=True):
-        np.maximum.accumulate(latest_s[begin:end], out=latest_s[begin:end])
-    return first, from_s[order], to_s, latest_s, particle[order]
+    records = all_passages(motion, roads, problem.sensor.radius_m)
+    order = np.argsort(records[1][:, 0])
+    return in_order(records, order, 2 * len(network.road_ids))

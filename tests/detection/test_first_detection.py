@@ -202,4 +202,6 @@ def test_near_misses_are_decided_by_the_closest_approach(
     found = seen(motion, flight, radius_m)
     if abs(radius_m - nearest_m) > 1e-12 * (1 + nearest_m) + 1e-15:
         assert (found < np.inf) == (radius_m > nearest_m)
-    assert found == np.inf or found <= closest + 1e-6  # a tangent is ill-conditioned in time
+    # A tangent is ill-conditioned in time; a drift of rounding errors alone has no direction.
+    drifts = speed2 > 1e-24
+    assert found == np.inf or not drifts or found <= closest + 1e-6
