@@ -52,6 +52,8 @@ if "NUMBA_CACHE_DIR" not in os.environ:
 import numba  # noqa: E402
 from numba.core import event  # noqa: E402
 
+numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]  # read earlier if numba was there before
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 

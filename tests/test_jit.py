@@ -5,7 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-COMPILE = "from planner.search.kernels_transits import bearing; print(bearing(1.0, -2.0))"
+COMPILE = (
+    "import numba; from planner.search.kernels_transits import bearing; print(bearing(1.0, -2.0))"
+)
 
 
 def run(cache: Path, temporary: Path) -> subprocess.CompletedProcess[str]:

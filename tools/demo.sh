@@ -13,7 +13,7 @@ run() {
     "$planner" "$@"
 }
 
-run plan sumo_nets/grid5x5 --method greedy -o "$out" --force
+run plan sumo_nets/grid5x5 -o "$out" --force
 run fly "$out"
 run where sumo_nets/grid5x5 --at 1800
 run compare sumo_nets/grid5x5
