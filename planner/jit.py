@@ -52,7 +52,8 @@ if "NUMBA_CACHE_DIR" not in os.environ:
 import numba  # noqa: E402
 from numba.core import event  # noqa: E402
 
-numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]  # read earlier if numba was there before
+# Numba has read it already where the caller has imported numba first.
+setattr(numba.config, "CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])  # noqa: B010
 
 F = TypeVar("F", bound=Callable[..., Any])
 

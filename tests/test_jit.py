@@ -5,9 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-COMPILE = (
-    "import numba; from planner.search.kernels_transits import bearing; print(bearing(1.0, -2.0))"
-)
+# A caller may have imported numba first.
+COMPILE = """import numba
+from planner.search.kernels_transits import bearing
+print(bearing(1.0, -2.0))"""
 
 
 def run(cache: Path, temporary: Path) -> subprocess.CompletedProcess[str]:
