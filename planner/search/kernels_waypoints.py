@@ -14,6 +14,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels import FuturesColumns, first_within, piece_at
 from planner.jit import compiled
+from planner.search.kernels import reward_of
 from planner.search.kernels_crowd import Crowd, slab_at
 from planner.search.kernels_passages import Box, cell_range, padded
 
@@ -35,14 +36,6 @@ LEFT, REWARD, WEIGHT, SEEN = 0, 1, 2, 3
 
 RARE = 1e-3  # share of all particles from which on the others say nothing about what to expect
 NOWHERE = (0.0, 0.0, 0.0, 0.0, 0.0, -np.inf)  # a piece that is not flown
-
-
-@compiled
-def reward_of(seen_s: float, goal: Goal) -> float:
-    """Return what a sighting is worth, as ``Objective.reward`` says."""
-    if goal[1] < np.inf:
-        return 1.0 if seen_s <= goal[1] else 0.0
-    return max(0.0, goal[0] - seen_s)
 
 
 @compiled
