@@ -100,12 +100,26 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"planner: {told}; {self.prog} --help tells more\n")
 
 
+class _Version(argparse.Action):
+    """Prints versions; they are looked up only when asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from planner.provenance import versions
+
+        known = versions()
+        print(f"planner {known['planner']}, SUMO {known['sumo']}")
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="planner",
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--version", action=_Version, nargs=0, help="print the versions of planner and SUMO"
     )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_build(commands)
@@ -235,7 +249,13 @@ def _add_plan(commands: Any) -> None:
     _add_scenario(parser)
     parser.add_argument("-o", "--output", type=_path, metavar="DIR", help="folder of the run")
     parser.add_argument(
-        "--method", default="best", metavar="NAME", help="see compare (default: %(default)s)"
+        "--method",
+        default="best",
+        metavar="NAME",
+        help="how the plan is made; `planner compare` shows them all (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--free", action="store_true", help="let `best` leave the roads: turn, hover, cut across"
     )
     parser.add_argument(
         "--futures",
@@ -251,7 +271,7 @@ def _add_plan(commands: Any) -> None:
         "--time-limit",
         type=_seconds,
         metavar="S",
-        help="stop the search after so many seconds, with the best plan so far",
+        help="stop the search after so many seconds, with the best plan so far, as Ctrl-C does",
     )
     _add_targets(parser, default=4000)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")

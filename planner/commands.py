@@ -8,26 +8,26 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from planner.belief.opening import Opened, open_scenario
 from planner.cli import print_json
-from planner.detection.evaluation import evaluate
+from planner.detection.track import Sensor
 from planner.errors import InputError, NotApplicableError, OutputError
 from planner.files import results_written_whole, written_whole
 from planner.futures.futures import Futures
 from planner.futures.store import KNOTS, PARTICLES, Recording, read_recording
 from planner.mission.fly import fly as fly_plan
 from planner.mission.plan_file import plan_content
-from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
+from planner.mission.preparation import Recorder, problem_of
+from planner.mission.trial import Limits, Trial, try_method
 from planner.provenance import provenance
 from planner.report import run_files, tables
 from planner.report.progress import progress
 from planner.search.methods import METHODS, Method, method_named
-from planner.search.plan import Plan
+from planner.stopping import first_asks
 
 log = logging.getLogger(__name__)
 
@@ -111,21 +111,25 @@ def plan(arguments: argparse.Namespace) -> int:
         folder = _output(stack, arguments, run_files.RUN)
         opened = _open(arguments)
         recording = _planning_recording(arguments, opened)
+        fresh = _evaluation_recording(arguments, opened)
         watch.lap("futures")
-        made, row, content = _planned(arguments, opened, method, recording, watch)
+        trial = _trial(arguments, opened, method, recording, fresh)
+        watch.took_s["planning"] = trial.took_s
+        row, content = tables.row_of(trial), _plan_content(opened, trial)
         if folder is not None:
             problem = problem_of(opened, recording.futures, method=method)
             title = f"{opened.scenario.name}: {method.name}"
-            run_files.write_run(folder, problem, made, content, row, title=title)
-            watch.lap("files")
+            run_files.write_run(folder, problem, trial.plan, content, row, title=title)
+            watch.lap("evaluation and files")
             record = _provenance(opened, content, recording, watch)
+            record["planning"] = _planning_record(opened, trial)
             run_files.write_json(folder / run_files.PROVENANCE, record)
-    shown: list[Any] = [tables.plan_table(row), tables.legs_table(made, opened.network)]
-    assert row.planned is not None
-    assert row.evaluated is not None
-    hint = tables.particles_hint(row.planned, row.evaluated)
+    shown: list[Any] = [tables.plan_table(row), tables.legs_table(trial.plan, opened.network)]
+    hint = tables.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
     shown += [hint] if hint and same_belief and not arguments.futures else []
+    if trial.stopped:
+        shown.append("the search was stopped: this is the best plan so far")
     if arguments.futures is not None:
         shown.append("the fresh targets are drawn from the scenario's belief, not from --futures")
     shown += [f"written to {arguments.output}"] if arguments.output else []
@@ -212,6 +216,10 @@ def _open(arguments: argparse.Namespace) -> Opened:
     if arguments.seed is not None:
         overrides.append(f"search.seed={arguments.seed}")
     overrides += _objective_overrides(arguments)
+    if getattr(arguments, "free", False):
+        if arguments.method != "best":
+            raise InputError(f"--free: goes with --method best, not with {arguments.method}")
+        overrides.append("search.free=true")
     if getattr(arguments, "tick", None) is not None:
         if arguments.method != "greedy":
             raise InputError(f"--tick {arguments.tick:g}: goes with --method greedy only")
@@ -312,55 +320,47 @@ def _judges(arguments: argparse.Namespace, opened: Opened, method: Method) -> Fu
     return _recording(arguments, opened, "recording judges", Recorder.judging).futures
 
 
-def _made(
+def _trial(
     arguments: argparse.Namespace,
     opened: Opened,
     method: Method,
     recording: Recording,
-    judges: Futures | None,
-) -> Plan:
+    fresh: Recording,
+) -> Trial:
+    judges, work = _judges(arguments, opened, method), opened.scenario.search.work
     limit_s = getattr(arguments, "time_limit", None)
-    until_s = time.monotonic() + (math.inf if limit_s is None else limit_s)
-    budget, recorder = budget_of(opened), Recorder(opened, arguments.jobs)
-    with progress(f"planning: {method.name}") as shown:
+    by_s = opened.scenario.search.by_s
+    with progress(f"planning: {method.name}") as shown, first_asks() as asked:
 
         def told(value: float, done: int) -> None:
-            log.info("best so far %.6g after %d road orders", value, done)
-            shown(min(done, budget.work), budget.work)
+            best = f"{value:,.0f} s" if by_s is None else f"{value:.1%} found"
+            log.info("best so far %s after %d units of work", best, done)
+            shown(min(done, work), work, best)
 
-        budget = replace(budget, stop=lambda: time.monotonic() > until_s, told=told)
-        futures = recording.futures
-        return make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
+        limits = Limits(math.inf if limit_s is None else limit_s, asked, told)
+        return try_method(
+            method, opened, recording.futures, fresh.futures, judges=judges, limits=limits
+        )
 
 
-def _planned(
-    arguments: argparse.Namespace,
-    opened: Opened,
-    method: Method,
-    recording: Recording,
-    watch: _Watch,
-) -> tuple[Plan, tables.MethodRow, dict[str, Any]]:
-    judges = _judges(arguments, opened, method)
-    watch.lap("judges")
-    made = _made(arguments, opened, method, recording, judges)
-    took_s = watch.lap("planning")
-    fresh = _evaluation_recording(arguments, opened)
-    watch.lap("fresh targets")
-    problem = problem_of(opened, recording.futures)
-    planned, evaluated = (
-        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s, by_s=problem.by_s)
-        for futures in (recording.futures, fresh.futures)
-    )
-    content = plan_content(
-        made,
+def _plan_content(opened: Opened, trial: Trial) -> dict[str, Any]:
+    scenario = opened.scenario
+    return plan_content(
+        trial.plan,
         opened.network,
-        sensor=problem.sensor,
-        planned=planned,
-        evaluated=evaluated,
-        seed=opened.scenario.search.seed,
+        sensor=Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit),
+        planned=trial.planned,
+        evaluated=trial.evaluated,
+        seed=scenario.search.seed,
     )
-    roads = sum(len(legs) for legs in made.legs)
-    return made, tables.MethodRow(method.name, planned, evaluated, roads, took_s), content
+
+
+def _planning_record(opened: Opened, trial: Trial) -> dict[str, Any]:
+    return {
+        "work": opened.scenario.search.work,
+        "work_done": trial.work,
+        "stopped_early": trial.stopped,
+    }
 
 
 def _row(
@@ -370,19 +370,10 @@ def _row(
     recording: Recording,
     fresh: Recording,
 ) -> tables.MethodRow:
-    judges, watch = _judges(arguments, opened, method), _Watch()
     try:
-        made = _made(arguments, opened, method, recording, judges)
+        return tables.row_of(_trial(arguments, opened, method, recording, fresh))
     except NotApplicableError as error:
         return tables.MethodRow(method.name, why_not=str(error))
-    took_s = watch.lap("planning")
-    problem = problem_of(opened, recording.futures)
-    planned, evaluated = (
-        evaluate(made.tracks, futures, problem.sensor, problem.horizon_s, by_s=problem.by_s)
-        for futures in (recording.futures, fresh.futures)
-    )
-    roads = sum(len(legs) for legs in made.legs)
-    return tables.MethodRow(method.name, planned, evaluated, roads, took_s)
 
 
 def _provenance(

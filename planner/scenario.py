@@ -366,7 +366,11 @@ class SearchSection(Section):
     )
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="a whole number from 0 on")
     work: Annotated[int, Field(ge=1)] = Field(
-        default=3000, description="how many road orders a search may grow, such as 3000"
+        default=80_000,
+        description="how many legs a search may fly in thought, such as 80000",
+    )
+    free: bool = Field(
+        default=False, description="true if the best plan may leave the roads, else false"
     )
     planning_time_s: Seconds = Field(
         default=0.0, description="what planning by simulation is charged, as seconds or H:M:S"

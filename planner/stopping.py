@@ -1,7 +1,8 @@
 """Ctrl-C ends the program at once, whatever it is doing, and undoes what is half-done.
 
-A KeyboardInterrupt is not enough: compiled code hears of it only when it returns, and some
-libraries swallow it while they are imported.
+Where a search can give the best plan so far, the first Ctrl-C asks for it, and the second one ends
+the program. A KeyboardInterrupt is not enough: compiled code hears of it only when it returns, and
+some libraries swallow it while they are imported.
 """
 
 import contextlib
@@ -9,16 +10,18 @@ import os
 import signal
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 FAREWELL = "planner: stopped; nothing is half-written\n"
+ASKED = "planner: taking the best plan so far; Ctrl-C again ends at once\n"
 TERMINAL = "\r\x1b[2K\x1b[?25h"  # clears a progress bar's line and shows the cursor again
 PATIENCE_S = 10.0
 
 _undo: list[Callable[[], object]] = []
+_asks: list[threading.Event] = []  # of searches that can be asked to come to an end
+_forgiven = threading.Event()  # set when a signal has only asked
 
 
 def at_stop(undo: Callable[[], object]) -> None:
@@ -34,6 +37,17 @@ def undone_if_stopped(undo: Callable[[], object]) -> Iterator[None]:
         yield
     finally:
         _undo.remove(undo)
+
+
+@contextmanager
+def first_asks() -> Iterator[Callable[[], bool]]:
+    """Within the block, the first Ctrl-C ends nothing; give a function that tells of it."""
+    asked = threading.Event()
+    _asks.append(asked)
+    try:
+        yield asked.is_set
+    finally:
+        _asks.remove(asked)
 
 
 @contextmanager
@@ -61,15 +75,20 @@ def stopped_by_signals() -> Iterator[None]:
 
 
 def _hold_still(_number: int, _frame: object) -> None:
-    """Keep the main thread from going on while the other one ends the process."""
-    time.sleep(PATIENCE_S)
-    raise KeyboardInterrupt
+    """Keep the main thread from going on while the other one ends the process, if it does."""
+    if not _forgiven.wait(PATIENCE_S):
+        raise KeyboardInterrupt
+    _forgiven.clear()
 
 
 def _listen(hearing: socket.socket) -> None:
     with hearing:
         while told := hearing.recv(1):
-            if told[0] in SIGNALS:
+            if told[0] == signal.SIGINT and _asks and not _asks[-1].is_set():
+                _asks[-1].set()
+                _forgiven.set()
+                _say(ASKED)
+            elif told[0] in SIGNALS:
                 _end(told[0])
 
 
@@ -77,7 +96,11 @@ def _end(number: int) -> None:
     for undo in reversed(_undo):
         with contextlib.suppress(Exception):
             undo()
+    _say(FAREWELL)
+    os._exit(128 + number)
+
+
+def _say(text: str) -> None:
     # Not by way of sys.stderr, in the midst of which the main thread may hold still.
     with contextlib.suppress(OSError):
-        os.write(2, ((TERMINAL if os.isatty(2) else "") + FAREWELL).encode())
-    os._exit(128 + number)
+        os.write(2, ((TERMINAL if os.isatty(2) else "") + text).encode())

@@ -192,6 +192,9 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 }
 
 
+PROGRAMS = ("search",)  # further ones, each a file beside this one: --search --help
+
+
 def _planning(method: str, scenario: str, *overrides: str) -> tuple[Problem, Callable[[], Plan]]:
     """Return a problem with its recorded futures, and what plans on it with a method."""
     opened = open_scenario(scenario, overrides=overrides)
@@ -341,7 +344,8 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
     about = "\n".join(f"  {name:<12}{work.__doc__}" for name, work in SECTIONS.items())
     parser = argparse.ArgumentParser(
         description=__doc__,
-        epilog=f"sections:\n{about}",
+        epilog=f"sections:\n{about}\n\nLonger programs, each with options of its own:\n"
+        + "\n".join(f"  --{name} --help" for name in PROGRAMS),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
@@ -365,6 +369,11 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure and tell."""
+    argv = sys.argv[1:] if argv is None else argv
+    for name in PROGRAMS:
+        if argv[:1] == [f"--{name}"]:
+            import_module(f"benchmark_{name}").main(argv[1:])
+            return
     wanted = arguments(argv)
     host, figures = machine(), []
     try:

@@ -18,7 +18,7 @@ from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 from planner.streams import stream
 
-JUDGES = 4  # times as many particles as are planned with, to choose between plans on
+JUDGES = 2  # times as many particles as are planned with, to choose between plans on
 FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 
@@ -162,7 +162,7 @@ def make_plan(
 def budget_of(opened: Opened) -> Budget:
     """Return how much a scenario lets planners do."""
     search = opened.scenario.search
-    return Budget(roads=search.depth, work=search.work)
+    return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
 def _planner(method: Method, opened: Opened, recorder: Recorder) -> Callable[..., Plan]:

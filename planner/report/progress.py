@@ -2,13 +2,20 @@
 
 import logging
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
 log = logging.getLogger(__name__)
 
-Told = Callable[[int, int], None]  # how much is done, how much there is
 QUARTERS = 4  # log lines without a terminal
+
+
+class Told(Protocol):
+    """Hears how much is done, how much there is, and what else is worth knowing."""
+
+    def __call__(self, done: int, total: int, note: str = "") -> None:
+        """Show it."""
 
 
 @contextmanager
@@ -28,10 +35,11 @@ def progress(what: str) -> Iterator[Told]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         tasks: list[TaskID] = []
 
-        def told(done: int, total: int) -> None:
+        def told(done: int, total: int, note: str = "") -> None:
             if not tasks:
                 tasks.append(bar.add_task(what, total=total))
-            bar.update(tasks[0], completed=done, total=total)
+            text = f"{what}: {note}" if note else what
+            bar.update(tasks[0], completed=done, total=total, description=text)
 
         yield told
 
@@ -39,10 +47,10 @@ def progress(what: str) -> Iterator[Told]:
 def _lines(what: str) -> Told:
     last = [-1]
 
-    def told(done: int, total: int) -> None:
+    def told(done: int, total: int, note: str = "") -> None:
         quarter = QUARTERS * done // max(total, 1)
         if quarter > last[0]:
             last[0] = quarter
-            log.info("%s: %d of %d", what, done, total)
+            log.info("%s: %d of %d%s", what, done, total, note and f", {note}")
 
     return told

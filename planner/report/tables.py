@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from planner.detection.evaluation import Evaluation
 from planner.futures.state_at import QUANTILES, RoadState
+from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
 from planner.report.intervals import found_by_interval, found_intervals
@@ -31,6 +32,11 @@ class MethodRow:
     roads: int = 0
     took_s: float | None = None  # wall-clock time of planning
     why_not: str = ""
+
+
+def row_of(trial: Trial) -> MethodRow:
+    """Return the row of a method that could be used."""
+    return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
 def console(file: TextIO | None = None) -> "Console":

@@ -22,6 +22,7 @@ from planner.search.what_if import WhatIf
 
 DRAWS = 9  # uniform numbers per move
 ROUND = 200  # moves between two looks at the clock
+MOVE = 150  # units of work that a move takes, about
 SHARES_HUNTED = (1.0, 0.999, 0.995, 0.99)  # of its particles, before a patrol begins
 MARGIN = 2e-3  # share of what the start fails to earn by which a move may be misjudged early
 
@@ -30,7 +31,7 @@ MARGIN = 2e-3  # share of what the start fails to earn by which a move may be mi
 class Annealing:
     """How waypoints are annealed."""
 
-    moves: int | None = None  # how many changes are tried; None: the budget's work
+    moves: int | None = None  # how many changes are tried; None: what the budget's work buys
     heat: float = 4e-4  # temperature at first: this share of what the start fails to earn
     cold: float = 2e-5  # temperature at last
 
@@ -52,8 +53,7 @@ def anneal_waypoints(
     Parameters
     ----------
     budget
-        Its work is the number of moves tried, a third of a millisecond each where thousands of
-        particles are seen. ``stop`` is asked between rounds of moves; ``told`` hears the value
+        ``stop`` is asked between rounds of moves; ``told`` hears the value
         after each.
     start
         Waypoints, (W, 3): x and y in metres, and how long to hover there in seconds. By default
@@ -68,7 +68,7 @@ def anneal_waypoints(
     rules = annealing or Annealing()
     start = road_waypoints(problem, budget) if start is None else start
     known = Known.of(problem, start)
-    lacks, many = known.lacks, budget.work if rules.moves is None else rules.moves
+    lacks, many = known.lacks, rules.moves or max(1, budget.work // MOVE)
     for done in range(0, many, ROUND):
         if budget.stop():
             break
@@ -76,7 +76,7 @@ def anneal_waypoints(
         heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
         if budget.told:
-            budget.told(problem.objective.value(known.best_reward), done + len(moves))
+            budget.told(problem.objective.value(known.best_reward), MOVE * (done + len(moves)))
     flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
     plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
     return max(plans, key=lambda plan: judged(problem, plan))

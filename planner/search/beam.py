@@ -7,6 +7,7 @@ reward so far, with what the particles still unseen at that time usually bring, 
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,13 @@ import numpy as np
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import first_detection
 from planner.search.plan import Plan, plan_of_legs
-from planner.search.problem import Budget, Problem
+from planner.search.problem import Budget, Legs, Problem
 from planner.search.rate import rate_order
 from planner.search.state import SearchState, candidate_legs
 from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
-WORK_PER_WIDTH = 100  # orders that a beam grows per unit of width, about
+FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     """
     engine = WhatIf(problem)
     outlook = Outlook.of(problem, rate_order(engine))
-    width = max(1, budget.work // WORK_PER_WIDTH)
+    width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders = [beam_order(engine, beam, outlook, stop=budget.stop)[0] for beam in beams]
     plans = [
@@ -95,7 +96,7 @@ def beam_order(
     start: SearchState | None = None,
     stop: Callable[[], bool] = bool,
 ) -> tuple[list[int], int]:
-    """Return the order with the greatest reward that a beam finds, and how many orders it grew.
+    """Return the order with the greatest reward that a beam finds, and its what-if flights.
 
     The order is one of leg indices.
 
@@ -117,9 +118,11 @@ def beam_order(
         return [], 0
     heads = _buckets(problem, beam, start.time_s, tree, worth)
     masks: Ints = np.empty((64, (len(problem.futures) + 7) // 8), dtype=np.uint8)
-    counts = np.array([known, 0, np.argmax(worth[REWARD])])
-    setting = _setting(problem, engine, beam.reach_m)
+    counts = np.array([known, 0, np.argmax(worth[REWARD]), known])
+    setting = _setting(engine, beam.reach_m)
     for number in range(len(heads)):
+        if heads[number] < 0:
+            continue
         if stop():
             break
         bucket = (number, beam.width, start.time_s, beam.bucket_s)
@@ -129,7 +132,7 @@ def beam_order(
     while state >= 0:
         order.append(int(tree[LEG, state]))
         state = int(tree[PARENT, state])
-    return order[::-1], int(counts[1])
+    return order[::-1], int(counts[3])
 
 
 def _goal(problem: Problem) -> tuple[float, float, float]:
@@ -169,9 +172,17 @@ def _buckets(problem: Problem, beam: Beam, begin_s: float, tree: Ints, worth: Fl
     return heads
 
 
-def _setting(problem: Problem, engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
+def _setting(engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
     """Return ways, hops, roads and world as ``kernels_beam`` takes them."""
-    legs = problem.legs
+    problem = engine.problem
+    legs, weight = problem.legs, problem.futures.weight
+    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, problem.home_s, weight)
+    return *_ways_within(legs, reach_m), roads, engine.world
+
+
+@lru_cache(maxsize=16)
+def _ways_within(legs: Legs, reach_m: float) -> tuple[Any, Any]:
+    """Return the ways and hops of ``kernels_beam`` with transits of limited length."""
     hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
     leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
     ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
@@ -180,12 +191,9 @@ def _setting(problem: Problem, engine: WhatIf, reach_m: float) -> tuple[Any, ...
     leg, hop = np.array([way for some in ways for way in some], dtype=np.int32).reshape(-1, 2).T
     bearing, offset = (np.concatenate(part) for part in list(zip(*hops, strict=True))[1:])
     away_m = np.hypot(offset[:, 0], offset[:, 1])
-    weight = problem.futures.weight
     return (
         (first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
         (first_hop, bearing, offset / away_m[:, None], away_m / legs.speed_mps),
-        (legs.to_node, legs.duration_s, legs.node_xy_m, problem.home_s, weight),
-        engine.world,
     )
 
 

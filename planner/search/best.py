@@ -1,5 +1,7 @@
 """The best plan that the work buys: exact where that is possible, else ever wider beams, polished.
 
+With free movement allowed, the best order of roads is where it starts from.
+
 Orders are made on the problem's particles and chosen between on its judges, other particles that
 had no part in making them. What the plan is worth is for a third, fresh set to say.
 """
@@ -9,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import Beam, Outlook, beam_order, judged, near_m
 from planner.search.exact import best_order
 from planner.search.lns import polished
@@ -19,8 +22,9 @@ from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 FEW_ROADS = 7  # of which the best order is found for certain
-NARROW, NEAR, WIDER = 10, 2, 2  # widths of the first beams, along roads and between; growth
+NARROW, NEAR, WIDER = 40, 4, 2  # widths of the first beams, along roads and between; growth
 POLISH = 0.25  # share of a round's work that goes into polishing
+ROADS = 0.1  # share of all work that goes into orders of roads before the movement gets free
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
@@ -30,12 +34,24 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     ------
     KeyboardInterrupt
         If there is no plan yet.
+    NotApplicableError
+        If the budget allows free movement, and the sensor only looks along roads.
     """
-    engine = WhatIf(problem)
+    if not budget.free:
+        return _choice(problem, _road_plans(problem, budget, rng), budget)
+    roads = replace(budget, work=int(ROADS * budget.work), free=False)
+    chosen = best(problem, budget=roads, rng=rng)
+    left = replace(budget, work=budget.work - roads.work)
+    start = waypoints_of(problem, chosen)
+    freed = anneal_waypoints(problem, budget=left, rng=rng, start=start)
+    return max(chosen, replace(freed, method="best"), key=lambda plan: judged(problem, plan))
+
+
+def _choice(problem: Problem, plans: Iterator[tuple[Plan, int]], budget: Budget) -> Plan:
+    """Return the plan that the judges prefer of those that the budget's work buys."""
     chosen, value, done = None, -np.inf, 0
     try:
-        for order, work in _proposals(engine, budget, rng):
-            plan = plan_of_legs(problem, "best", with_tail(problem, order, engine=engine))
+        for plan, work in plans:
             done += work
             worth = judged(problem, plan)
             if worth > value:
@@ -51,25 +67,32 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     return chosen
 
 
-def _proposals(
+def _road_plans(
+    problem: Problem, budget: Budget, rng: np.random.Generator
+) -> Iterator[tuple[Plan, int]]:
+    """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
+    engine = WhatIf(problem)
+    for order, work in _orders(engine, budget, rng):
+        legs = with_tail(problem, order, engine=engine)
+        yield plan_of_legs(problem, "best", legs), work
+
+
+def _orders(
     engine: WhatIf, budget: Budget, rng: np.random.Generator
 ) -> Iterator[tuple[Sequence[int], int]]:
-    """Yield road orders without end, each with the work that it took."""
     problem = engine.problem
     if len(problem.network.road_ids) <= FEW_ROADS:
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
     yield order, 0
-    growth, before = 1, 0
-    while True:
-        outlook, spent = Outlook.of(problem, order), 0
-        if growth:
-            for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
-                order, work = beam_order(engine, beam, outlook, stop=budget.stop)
-                spent += work
-                yield order, work
-        # A wider beam that grows no more orders has grown them all.
-        growth, before = (growth * WIDER, spent) if spent > before else (0, before)
-        share = max(1, int(POLISH * before))
-        order = polished(engine, order, replace(budget, work=share, told=None), rng)
-        yield order, share
+    growth, before, spent = 1, 0, 1
+    # A wider beam that flies no more than the one before has tried all that can be tried.
+    while spent > before:
+        outlook, before, spent = Outlook.of(problem, order), spent, 0
+        for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
+            order, work = beam_order(engine, beam, outlook, stop=budget.stop)
+            spent += work
+            yield order, work
+        share = max(1, int(POLISH * spent))
+        yield polished(engine, order, replace(budget, work=share, told=None), rng), share
+        growth *= WIDER

@@ -165,7 +165,7 @@ def grow(
         Its number, how many states go on, when bucket 0 begins and how long each is, seconds.
     states
         Tree and worth, the bits of unseen particles by slot, the head of each bucket's chain,
-        and three numbers: states known, slots used, the best state.
+        and four numbers: states known, slots used, the best state, flights made.
     flown
         What the orders of one leg have seen.
     """
@@ -189,6 +189,7 @@ def grow(
         place, flights, ends = set_out(now_s, node, (ways[0][node], ways[0][node + 1]), setting)
         aim = (weight, (goal[0], goal[1]))
         start_s, earned, seen = score_all(place, flights, ends, unseen, world, aim)
+        counts[3] += len(start_s)
         tree, worth = room_for(counts[0] + len(start_s), tree, worth)
         for c in range(len(start_s)):
             leg = flights[0][c]

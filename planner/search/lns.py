@@ -18,6 +18,7 @@ from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
+REPAIR = 1500  # units of work that a repair takes beside its flights
 
 
 def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
@@ -39,7 +40,7 @@ def polished(
         beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
         outlook = Outlook.of(engine.problem, order)
         rest, work = beam_order(engine, beam, outlook, start=states[cut], stop=budget.stop)
-        done += max(1, work)
+        done += REPAIR + work
         repaired = [*order[:cut], *rest]
         after = _states(engine, rest, states[cut])
         if _reward(engine, after[-1]) > reward:

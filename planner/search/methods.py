@@ -93,6 +93,12 @@ def _lns() -> Planner:
     return lns
 
 
+def _orienteering() -> Planner:
+    from planner.search.orienteering import orienteering
+
+    return orienteering
+
+
 def _wait() -> Planner:
     from planner.search.wait import wait
 
@@ -134,6 +140,12 @@ METHODS = (
         _exhaustive_shortest,
     ),
     Method("breadth-first", "the paper's example of a search that fails", False, _breadth_first),
+    Method(
+        "orienteering",
+        "OR-Tools: a tour of the roads that the target is likely to pass",
+        True,
+        _orienteering,
+    ),
     Method("wait", "fly to where most targets end and wait there", False, _wait),
     Method("random", "random roads in random directions", False, _random),
 )

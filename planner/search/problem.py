@@ -70,13 +70,24 @@ class Problem:
         """The legs that a UAV can fly here: each road in both directions."""
         return Legs.of(self.network, self.uavs[0].speed_mps)
 
+    @cached_property
+    def world(self) -> Any:
+        """The futures indexed by road and time, as the what-if engine's kernels take them."""
+        from planner.search.what_if import world_of
+
+        return world_of(self)
+
 
 @dataclass(frozen=True)
 class Budget:
-    """How much a planner may do; in units of work, so that the same budget gives the same plan."""
+    """How much a planner may do; in units of work, so that the same budget gives the same plan.
+
+    A unit of work is one leg flown in thought, or what takes about as long: some microseconds.
+    """
 
     roads: int = 16  # at most so many legs in the plan ("depth")
-    work: int = 3_000  # road orders that methods with a choice between orders may grow
+    work: int = 80_000  # what-if flights of methods that choose between many orders
+    free: bool = False  # whether `best` may leave the roads
     stop: Callable[[], bool] = bool  # asked often; once it says so, the best so far is returned
     told: Callable[[float, int], None] | None = None  # hears the best value and the work done
 

@@ -1,7 +1,7 @@
 """What-if flights (Figure 6): what each of many legs would see from one place and time on."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -69,21 +69,14 @@ class Scores:
 class WhatIf:
     """Flies every leg in thought against one problem's futures; exact, in continuous time.
 
-    Holds the passages of all particles along all roads by time, made once; their number grows
-    with the roads that particles pass, not with the roads there are.
+    Looks up the passages of all particles along all roads by time, made once for a problem; their
+    number grows with the roads that particles pass, not with the roads there are.
     """
 
     def __init__(self, problem: Problem) -> None:
-        from planner.search.kernels_motion import motion_of
-
-        legs, sensor = problem.legs, problem.sensor
         self.problem = problem
-        self.motion = motion_of(columns(problem.futures))
-        self.leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs))
-        self.sensing = (float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit)
-        self.passages = passages(problem, self.motion)
-        self.world = (self.motion, self.passages, self.leg_columns, self.sensing)
-        self._around = lru_cache(maxsize=256)(partial(_around, legs.node_xy_m, legs.speed_mps))
+        self.world = problem.world
+        self.motion, self.passages, self.leg_columns, self.sensing = self.world
 
     def score(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Scores:
         """Return what each leg would earn from a state on, by the problem's objective.
@@ -122,7 +115,7 @@ class WhatIf:
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
         look_for = np.isinf(state.seen_at) if unseen is None else unseen
         place = (float(state.time_s), float(state.x_m), float(state.y_m))
-        end_of_node, ends = self._around(place[1], place[2])
+        end_of_node, ends = _around(self.problem.legs, place[1], place[2])
         return place, (wanted, end_of_node[self.problem.legs.from_node[wanted]]), ends, look_for
 
     def fly_by_ticks(
@@ -152,22 +145,32 @@ class WhatIf:
         return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
 
 
-def _around(
-    node_xy_m: Floats, speed_mps: float, x_m: float, y_m: float
-) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
+@lru_cache(maxsize=1024)
+def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
     """Return which end each node is, seen from a place, (V,), -1: it is there; and the ends."""
     from planner.search.kernels_transits import bearings_of
 
-    offset = node_xy_m - (x_m, y_m)
+    offset = legs.node_xy_m - (x_m, y_m)
     away_m = np.hypot(offset[:, 0], offset[:, 1])
     nodes = np.flatnonzero(away_m > 0.0)
     bearings = bearings_of(offset[nodes])
     order = np.argsort(bearings, kind="stable")
     nodes = nodes[order]
-    end_of_node = np.full(len(node_xy_m), -1, dtype=np.int32)
+    end_of_node = np.full(len(legs.node_xy_m), -1, dtype=np.int32)
     end_of_node[nodes] = np.arange(len(nodes))
     ways = offset[nodes] / away_m[nodes, None]
-    return end_of_node, (bearings[order], ways, away_m[nodes] / speed_mps)
+    return end_of_node, (bearings[order], ways, away_m[nodes] / legs.speed_mps)
+
+
+def world_of(problem: Problem) -> tuple[Any, ...]:
+    """Return motion, passages, legs and sensing of a problem, as ``kernels.World``."""
+    from planner.search.kernels_motion import motion_of
+
+    legs, sensor = problem.legs, problem.sensor
+    motion = motion_of(columns(problem.futures))
+    leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs))
+    sensing = (float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit)
+    return motion, passages(problem, motion), leg_columns, sensing
 
 
 def velocities(legs: Legs) -> tuple[Floats, Floats]:

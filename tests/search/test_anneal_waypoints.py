@@ -13,6 +13,7 @@ from planner.detection.first_detection import first_detection
 from planner.detection.track import Sensor
 from planner.errors import NotApplicableError
 from planner.search.anneal_waypoints import (
+    MOVE,
     Annealing,
     Known,
     anneal_waypoints,
@@ -51,7 +52,7 @@ def reward(problem: Problem, plan: Plan) -> float:
 
 def annealed(problem: Problem, start: Floats | None, seed: int = 3, moves: int = 600) -> Plan:
     rng = np.random.default_rng(seed)
-    return anneal_waypoints(problem, budget=Budget(work=moves), rng=rng, start=start)
+    return anneal_waypoints(problem, budget=Budget(work=MOVE * moves), rng=rng, start=start)
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,0 +1,88 @@
+"""A method tried on a scenario: the plan it makes, what it took, and what the plan is worth."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from planner.belief.opening import Opened
+from planner.detection.evaluation import Evaluation, evaluate
+from planner.futures.futures import Futures
+from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
+from planner.search.methods import Method
+from planner.search.plan import Plan
+
+Told = Callable[[float, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One plan of one method, with its figures."""
+
+    method: str
+    plan: Plan
+    planned: Evaluation  # on the futures that it was planned with
+    evaluated: Evaluation  # on fresh targets
+    took_s: float  # wall-clock time of planning
+    work: int | None  # units of work done, if the method counts them
+    stopped: bool  # whether the search was told to stop before its work was done
+
+    @property
+    def roads(self) -> int:
+        """How many roads the plan flies."""
+        return sum(len(legs) for legs in self.plan.legs)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What ends a search before its work is done, and who hears how far it has come."""
+
+    seconds: float = float("inf")  # of wall-clock time
+    asked: Callable[[], bool] = bool  # whether somebody wants the best plan so far
+    told: Told | None = None
+
+
+def try_method(
+    method: Method,
+    opened: Opened,
+    futures: Futures,
+    fresh: Futures,
+    *,
+    judges: Futures | None = None,
+    limits: Limits | None = None,
+) -> Trial:
+    """Return the plan that a method makes on futures, and what it is worth on fresh targets.
+
+    Raises
+    ------
+    NotApplicableError
+        If the method cannot work on this problem.
+    """
+    limits, watch = limits or Limits(), _Watch()
+    recorder = Recorder(opened)
+    until_s = time.monotonic() + limits.seconds
+
+    def stop() -> bool:
+        watch.stopped = watch.stopped or limits.asked() or time.monotonic() > until_s
+        return watch.stopped
+
+    def told(value: float, done: int) -> None:
+        watch.work = done
+        if limits.told:
+            limits.told(value, done)
+
+    budget = replace(budget_of(opened), stop=stop, told=told)
+    begun_s = time.perf_counter()
+    plan = make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
+    took_s = time.perf_counter() - begun_s
+    problem = problem_of(opened, futures, method=method)
+    planned, evaluated = (
+        evaluate(plan.tracks, targets, problem.sensor, problem.horizon_s, by_s=problem.by_s)
+        for targets in (futures, fresh)
+    )
+    return Trial(method.name, plan, planned, evaluated, took_s, watch.work, watch.stopped)
+
+
+@dataclass
+class _Watch:
+    work: int | None = None
+    stopped: bool = False
