@@ -149,6 +149,7 @@ def test_all_faults_at_once(run: Commands) -> None:
         (("fly", TOWN), "holds no run"),
         (("fly", __file__), "holds no run"),
         (("plan", "grid5x5", "--set", "search.particles=999999999999"), "out of memory"),
+        (("plan", "figure3", "--free", "--method", "greedy"), "--free"),
     ],
 )
 def test_arguments(refused: Callable[..., str], arguments: tuple[str, ...], word: str) -> None:

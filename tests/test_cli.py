@@ -441,6 +441,18 @@ assert not {{"numpy", "pydantic", "rich"}} & set(sys.modules)"""
     assert "usage: planner" in done.stdout
 
 
+def test_versions(run: Commands) -> None:
+    said = run("--version")
+    assert said.code == 0
+    assert said.out.startswith("planner ")
+    assert "SUMO 1.28" in said.out
+
+
+def test_a_plan_that_may_leave_the_roads(run: Commands, tmp_path: Path) -> None:
+    given = ("plan", "figure3", "--free", "--set", "search.work=3000", "--targets", 50)
+    assert run(*given, "--json").json["method"] == "best"
+
+
 def test_as_a_module() -> None:
     said = in_a_process("where", "figure3", "--at", "600", "--json", PYTHONPATH=str(ROOT))
     assert said.json["time_s"] == 600

@@ -87,7 +87,7 @@ def test_repairs_never_make_it_worse_and_repeat(seed: int) -> None:
     problem = random_problem(seed)
     engine = WhatIf(problem)
     order = list(rate_order(engine))
-    budget = Budget(work=60)
+    budget = Budget(work=9000)
     twice = [list(polished(engine, order, budget, stream(seed, "lns"))) for _ in range(2)]
     assert twice[0] == twice[1]
     assert reward(problem, twice[0]) >= reward(problem, order) * (1 - 1e-12)
@@ -100,7 +100,7 @@ def test_best_is_at_most_the_optimum_over_once_per_road_orders(
 ) -> None:
     problem = section4(gone=gone, start_km=start_km, take_off_s=take_off_s)
     _, optimum_s = best_order(problem, 7)
-    plan = best(problem, budget=Budget(work=60), rng=stream(1, "best"))
+    plan = best(problem, budget=Budget(work=9000), rng=stream(1, "best"))
     seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
     assert problem.futures.weight @ np.minimum(seen_at, 3_600.0) <= optimum_s + 1e-6
 
@@ -110,7 +110,7 @@ def test_best_is_the_best_on_its_own_particles_without_judges(seed: int) -> None
     problem = random_problem(seed)
     values = {}
     for planner in (best, beam, lns, rate):
-        plan = planner(problem, budget=Budget(work=60), rng=stream(seed, "p"))
+        plan = planner(problem, budget=Budget(work=9000), rng=stream(seed, "p"))
         seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
         values[plan.method] = problem.futures.weight @ problem.objective.reward(seen_at)
     assert values["best"] >= values["rate"] * (1 - 1e-12)
@@ -122,7 +122,7 @@ def test_judges_decide() -> None:
     only = problem.futures.take(np.arange(100) % 4 == 0)  # all of them go to E
     judges = replace(only, weight=np.full(len(only), 1 / len(only)))
     judged, own = (
-        best(asked, budget=Budget(work=60), rng=stream(1, "best"))
+        best(asked, budget=Budget(work=9000), rng=stream(1, "best"))
         for asked in (problem.replace(judges=judges), problem)
     )
     seen = [
@@ -151,6 +151,6 @@ def test_best_returns_what_it_has_when_it_is_stopped() -> None:
 def test_beams_land_in_time() -> None:
     problem = section4()
     uav = replace(problem.uavs[0], max_flight_time_s=700.0)
-    plan = beam(problem.replace(uavs=(uav,)), budget=Budget(work=60), rng=stream(1, "b"))
+    plan = beam(problem.replace(uavs=(uav,)), budget=Budget(work=9000), rng=stream(1, "b"))
     assert plan.tracks[0].end_s <= 700.0
     assert len(plan.legs[0]) > 0

@@ -18,7 +18,7 @@ from planner.search.methods import METHODS, Method, method_named
 from planner.search.plan import Plan
 from planner.search.problem import Budget, Problem, Uav
 
-BUDGET = Budget(roads=3, work=60)
+BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
 HOVERING = ("wait", "anneal-waypoints")
 REVISITING = (

@@ -1,0 +1,53 @@
+"""Ctrl-C while a search is under way."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+LONG = ("plan", "grid5x5", "--set", "search.work=2000000000", "--set", "search.particles=64")
+QUICK = ("--set", "search.sampling=iid", "--targets", "50", "-v")
+
+
+@contextmanager
+def searching(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """A search that would take hours, once it has found its first plan."""
+    command = [sys.executable, "-m", "planner", *LONG, *QUICK, "-o", str(folder)]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
+    assert running.stderr is not None
+    try:
+        for line in running.stderr:
+            if "best so far" in line:
+                break
+        yield running
+    finally:
+        running.kill()
+
+
+def test_the_first_ctrl_c_takes_the_best_plan_so_far(tmp_path: Path) -> None:
+    with searching(tmp_path / "run") as running:
+        running.send_signal(signal.SIGINT)
+        _, told = running.communicate(timeout=120)
+        assert running.returncode == 0, told
+    assert "best plan so far" in told
+    record = json.loads((tmp_path / "run" / "run.json").read_text())["planning"]
+    assert record["stopped_early"] is True
+    assert 0 <= record["work_done"] < record["work"]
+    plan = json.loads((tmp_path / "run" / "plan.json").read_text())
+    assert plan["uavs"][0]["legs"]
+
+
+def test_the_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
+    with searching(tmp_path / "run") as running:
+        running.send_signal(signal.SIGINT)
+        time.sleep(0.02)  # no plan is evaluated and drawn as fast
+        running.send_signal(signal.SIGINT)
+        _, told = running.communicate(timeout=120)
+        assert running.returncode == 128 + signal.SIGINT, told
+    assert "nothing is half-written" in told
+    assert not (tmp_path / "run").exists()
