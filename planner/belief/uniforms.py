@@ -32,6 +32,7 @@ def sobol(n: int, dimensions: int, rng: np.random.Generator) -> Iterator[Columns
     from scipy.stats import qmc
 
     dimensions = min(dimensions, SOBOL_DIMENSIONS)
+    np.empty(n * dimensions)  # far more than fits into memory is refused here, not after hours
     sequence = qmc.Sobol(dimensions, scramble=True, rng=rng.spawn(1)[0])
     rows = 2 ** int(np.log2(max(BLOCK // dimensions, 1)))
     rows = min(rows, 2 ** int(np.ceil(np.log2(n))))
