@@ -65,7 +65,7 @@ class Experiment:
                 levels = ", ".join(map(shown, factors[key][:8]))
                 raise InputError(f"--only {choice}: is not among the levels; choose of {levels}")
             kept.setdefault(key, []).extend(found)
-        for key, levels in kept.items():
+        for key, among in kept.items():
             factors[key] = tuple(level for level in factors[key] if level in levels)
         seeds = factors.pop(SEED)
         return replace(self, factors=factors, seeds=seeds)
