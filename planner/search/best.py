@@ -15,7 +15,7 @@ from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import Beam, Outlook, beam_order, judged, near_m
 from planner.search.exact import best_order
 from planner.search.lns import polished
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.plan import Plan, needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
 from planner.search.tail import with_tail
@@ -39,6 +39,7 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     """
     if not budget.free:
         return _choice(problem, _road_plans(problem, budget, rng), budget)
+    needs_open_country(problem, "free movement")
     roads = replace(budget, work=int(ROADS * budget.work), free=False)
     chosen = best(problem, budget=roads, rng=rng)
     left = replace(budget, work=budget.work - roads.work)
