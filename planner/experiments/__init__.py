@@ -1,0 +1,1 @@
+"""Experiments: conditions as data, batch runs that go on where they were stopped."""

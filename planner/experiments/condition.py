@@ -1,0 +1,74 @@
+"""One condition of an experiment: a scenario as it is set, a method and a seed."""
+
+import datetime
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from planner.mission.preparation import FRESH_TARGETS
+
+ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What one plan is made and judged under; equal conditions give equal results."""
+
+    scenario: str  # as the experiment file names it
+    preset: str | None
+    overrides: tuple[str, ...]  # such as uav.start.distance_m=120000, the seed not among them
+    method: str
+    seed: int  # of all random draws
+    targets: int = FRESH_TARGETS  # fresh ones on which the plan is judged
+    # Where the scenario lies here; elsewhere it is still the same condition.
+    place: Path = field(default=Path(), compare=False)
+    levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
+
+    @cached_property
+    def id(self) -> str:
+        """The same for the same condition, on any machine: the start of a SHA-256."""
+        return hashlib.sha256(self.canonical.encode()).hexdigest()[:ID_DIGITS]
+
+    @property
+    def canonical(self) -> str:
+        """The condition as JSON that is written in one way only."""
+        return json.dumps(self.as_dict(), sort_keys=True, separators=(",", ":"))
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """All overrides, the seed's among them."""
+        return (*self.overrides, f"search.seed={self.seed}")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what makes the condition, as plain values."""
+        return {
+            "scenario": self.scenario,
+            "preset": self.preset,
+            "overrides": list(self.overrides),
+            "method": self.method,
+            "seed": self.seed,
+            "targets": self.targets,
+        }
+
+
+def toml_text(value: Any) -> str:
+    """Return a value as TOML writes it on one line.
+
+    Raises
+    ------
+    ValueError
+        If it is a date or a time, which scenarios write in quotes, or no finite number.
+    """
+    if isinstance(value, dict):
+        inner = (f"{json.dumps(key)} = {toml_text(item)}" for key, item in value.items())
+        return "{ " + ", ".join(inner) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml_text, value)) + "]"
+    if isinstance(value, datetime.date | datetime.time):
+        raise ValueError(f'is a date or a time; write it in quotes, as "{value}"')
+    # TOML knows no escaped surrogates, as JSON has for what is beyond ASCII.
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
