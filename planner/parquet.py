@@ -3,9 +3,9 @@
 pyarrow's own ways between NumPy and its arrays load pandas, half a second, for nothing.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,13 @@ def dictionary(index: Ints, values: list[str], *, missing: int) -> Any:
     buffers = [pyarrow.py_buffer(present), pyarrow.py_buffer(codes)]
     indices = pyarrow.Array.from_buffers(pyarrow.int32(), len(codes), buffers)
     return pyarrow.DictionaryArray.from_arrays(indices, pyarrow.array(values))
+
+
+def nullable(values: Sequence[Any], kind: Literal["float64", "int64", "string"]) -> Any:
+    """Return a column of one type, null where a value is None."""
+    import pyarrow
+
+    return pyarrow.array(values, getattr(pyarrow, kind)())
 
 
 def _array(column: Any) -> Any:

@@ -66,7 +66,7 @@ class Experiment:
                 raise InputError(f"--only {choice}: is not among the levels; choose of {levels}")
             kept.setdefault(key, []).extend(found)
         for key, among in kept.items():
-            factors[key] = tuple(level for level in factors[key] if level in levels)
+            factors[key] = tuple(level for level in factors[key] if level in among)
         seeds = factors.pop(SEED)
         return replace(self, factors=factors, seeds=seeds)
 

@@ -1,0 +1,99 @@
+"""One condition run: open, record, plan, judge; what comes of it as plain data."""
+
+import logging
+import platform
+import time
+import traceback
+from dataclasses import dataclass
+from typing import Any
+
+from planner.belief.opening import Opened, open_scenario
+from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
+from planner.experiments.condition import Condition
+from planner.mission.preparation import Recorder
+from planner.mission.trial import try_method
+from planner.search.methods import Method, method_named
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a condition."""
+
+    figures: dict[str, Any]  # the same on every run
+    timing: dict[str, Any]  # wall-clock times and the like, which are not
+    final: bool = True  # False: it failed for a reason that may be gone the next time
+
+
+def conduct(condition: Condition) -> Outcome:
+    """Return what comes of a condition; a failure is an outcome too.
+
+    Raises
+    ------
+    OutputError
+        If the cache cannot be written: nothing could be run then.
+    """
+    begun_s = time.perf_counter()
+    figures: dict[str, Any] = {}
+    took_s, final = None, True
+    try:
+        figures, took_s = _tried(condition)
+    except OutputError:
+        raise
+    except PlannerError as error:
+        figures, final = {"reason": reason_of(error)}, not isinstance(error, SumoError)
+    except Exception as error:
+        log.warning("condition %s:\n%s", condition.id, traceback.format_exc())
+        figures, final = {"reason": f"{type(error).__name__}: {error}"}, False
+    timing = {
+        "planning_s": took_s,
+        "whole_s": time.perf_counter() - begun_s,
+        "host": platform.node(),
+    }
+    return Outcome(figures, timing, final)
+
+
+def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
+    method = method_named(condition.method)
+    opened = opened_of(condition)
+    recorder = Recorder(opened, 1)
+    judges = recorder.judging().futures if needs_judges(method, opened) else None
+    trial = try_method(
+        method,
+        opened,
+        recorder.planning().futures,
+        recorder.evaluation(condition.targets).futures,
+        judges=judges,
+    )
+    low_s, high_s = trial.evaluated.ci95_s
+    figures = {
+        "expected_detection_time_s": trial.evaluated.expected_detection_time_s,
+        "ci95_low_s": low_s,
+        "ci95_high_s": high_s,
+        "detection_probability": trial.evaluated.detection_probability,
+        "found_before_goal_probability": trial.evaluated.found_before_goal_probability,
+        "planned_s": trial.planned.expected_detection_time_s,
+        "roads": trial.roads,
+        "work": trial.work,
+    }
+    return figures, trial.took_s
+
+
+def opened_of(condition: Condition) -> Opened:
+    """Return the scenario of a condition, open."""
+    return open_scenario(condition.place, preset=condition.preset, overrides=condition.settings)
+
+
+def needs_judges(method: Method, opened: Opened) -> bool:
+    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
+    return method.chooses and opened.scenario.search.sampling != "all"
+
+
+def reason_of(error: PlannerError) -> str:
+    """Return what is wrong in one line that names no path of this machine."""
+    if isinstance(error, ScenarioError):
+        return "; ".join(error.faults)
+    if isinstance(error, NotApplicableError):
+        return f"not applicable: {error}"
+    return " ".join(str(error).split())

@@ -1,0 +1,90 @@
+"""Processes that run conditions; one that is killed takes nothing with it."""
+
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import wait as wait_for
+
+from planner.experiments.condition import Condition
+from planner.experiments.conduct import Outcome
+from planner.futures.workers import dismiss
+
+log = logging.getLogger(__name__)
+
+TRIES = 3  # of a condition whose process is killed each time, alone
+
+Conduct = Callable[[Condition], Outcome]
+Done = tuple[Condition, Outcome]
+
+
+def conducted(conduct: Conduct, conditions: Sequence[Condition], workers: int) -> Iterator[Done]:
+    """Yield conditions as they are done, with what came of them.
+
+    If a process is killed, those in flight are run again, one at a time, so that one which
+    kills its process (by memory, say) is told from those beside it; the others go on after that.
+    """
+    waiting = list(conditions)
+    while waiting:
+        lost: list[Condition] = []
+        yield from _round(conduct, waiting, workers, lost)
+        for condition in lost:
+            yield condition, _alone(conduct, condition)
+
+
+def _round(
+    conduct: Conduct, waiting: list[Condition], workers: int, lost: list[Condition]
+) -> Iterator[Done]:
+    """Run from the front of a list, which shrinks, until it is empty or a process is killed."""
+    flying: dict[Future[Outcome], Condition] = {}
+    with _pool(min(workers, len(waiting))) as pool:
+        try:
+            while waiting or flying:
+                while waiting and len(flying) <= workers:  # one more, so that none has to wait
+                    flying[pool.submit(conduct, waiting[0])] = waiting[0]
+                    del waiting[0]
+                for done in wait(flying, return_when=FIRST_COMPLETED).done:
+                    outcome = done.result()
+                    yield flying.pop(done), outcome
+        except BrokenProcessPool:
+            log.warning("a process was killed; what it was at is run again")
+            for future, condition in flying.items():
+                if future.done() and future.exception() is None:
+                    yield condition, future.result()
+                else:
+                    lost.append(condition)
+
+
+def _alone(conduct: Conduct, condition: Condition) -> Outcome:
+    for _ in range(TRIES):
+        with _pool(1) as pool:
+            try:
+                return pool.submit(conduct, condition).result()
+            except BrokenProcessPool:
+                continue
+    reason = f"the process that ran it was killed {TRIES + 1} times; is memory short?"
+    return Outcome({"reason": reason}, {}, final=False)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+
+
+def _begin() -> None:
+    """Let the program alone hear Ctrl-C, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    logging.getLogger("planner").addHandler(logging.NullHandler())
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    wait_for([parent.sentinel])
+    dismiss()
+    os._exit(1)
