@@ -1,6 +1,7 @@
 """The command line: parse, call, print."""
 
 import argparse
+import importlib
 import json
 import logging
 import os
@@ -32,6 +33,7 @@ examples:
   planner plan grid5x5 -o runs/first            plan, evaluate, draw
   planner fly runs/first --targets 1000         fly it against fresh targets
   planner compare grid5x5                       all methods, one table
+  planner experiment grid5x5/figure8 -o runs/8  a batch, which goes on if stopped
   planner where grid5x5 --at 0:30:00            where the vehicle may be by then
   planner plan grid5x5 --set uav.start.distance_m=120000 --set greedy.direction=both
 """
@@ -128,18 +130,21 @@ def _parser() -> argparse.ArgumentParser:
     _add_plan(commands)
     _add_fly(commands)
     _add_compare(commands)
+    _add_experiment(commands)
     _add_doctor(commands)
     return parser
 
 
-def _command(commands: Any, name: str, summary: str, more: str = "") -> argparse.ArgumentParser:
+def _command(
+    commands: Any, name: str, summary: str, more: str = "", *, module: str = "commands"
+) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
         description=f"{summary[0].upper()}{summary[1:]}. {more}".strip(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(run=_later(name))
+    parser.set_defaults(run=_later(name, module))
     parser.add_argument(
         "-v", "--verbose", action="count", default=0, help="tell more; twice: tell all"
     )
@@ -147,13 +152,11 @@ def _command(commands: Any, name: str, summary: str, more: str = "") -> argparse
     return parser
 
 
-def _later(name: str) -> Command:
+def _later(name: str, module: str) -> Command:
     """Return a command whose code is loaded when it runs, so that --help answers at once."""
 
     def run(arguments: argparse.Namespace) -> int:
-        from planner import commands
-
-        command: Command = getattr(commands, name)
+        command: Command = getattr(importlib.import_module(f"planner.{module}"), name)
         return command(arguments)
 
     return run
@@ -316,6 +319,37 @@ def _add_compare(commands: Any) -> None:
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
     _add_objective(parser)
     _add_targets(parser, default=4000)
+
+
+def _add_experiment(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "experiment",
+        "run an experiment: all combinations of factors, methods and seeds",
+        "Writes results.csv, results.parquet and timings.parquet. What is finished is kept in DIR\n"
+        "as it is done: called again, a stopped experiment goes on where it was.",
+        module="commands_experiment",
+    )
+    parser.add_argument(
+        "experiment", metavar="FILE", help="an experiment file, or a shipped one (grid5x5/figure8)"
+    )
+    parser.add_argument("-o", "--output", type=_path, metavar="DIR", help="folder of the results")
+    parser.add_argument(
+        "-j", "--jobs", type=_count, metavar="N", help="conditions at a time (default: cores)"
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="first and last level of each factor, one seed, few particles and targets",
+    )
+    parser.add_argument("--dry-run", action="store_true", help="list the conditions, run none")
+    parser.add_argument(
+        "--only",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="only one level of a factor, such as method=greedy or seed=1; repeatable",
+    )
 
 
 def _add_doctor(commands: Any) -> None:

@@ -94,8 +94,6 @@ def _digest(parts: Iterable[str]) -> str:
 def _read(path: Path) -> dict[str, Any] | None:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
     except (FileNotFoundError, ValueError):
         return None  # not there, or damaged: it is run again
     except OSError as error:

@@ -1,0 +1,98 @@
+"""Tables of experiments for a terminal."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from planner.experiments.condition import Condition
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+Row = Mapping[str, Any]
+
+CONFIDENCE = 0.975  # the upper end of a 95 % interval
+
+
+def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
+    """Return the figures of each combination of method and factors, averaged over its seeds.
+
+    Intervals are Student's, over seeds, each with particles and targets of its own; where there
+    is one seed, that of its targets.
+    """
+    table = _table(title)
+    for name in (*factors, "method"):
+        table.add_column(name, justify="left" if name == "method" else "right")
+    for name in ("expected detection", "95 % interval", "found", "before goal", "seeds"):
+        table.add_column(name, justify="right")
+    groups: dict[tuple[str, ...], list[Row]] = {}
+    for row in rows:
+        groups.setdefault(tuple(_text(row[key]) for key in (*factors, "method")), []).append(row)
+    for cells, group in groups.items():
+        table.add_row(*cells, *_figures([row for row in group if row["reason"] is None]))
+    return table
+
+
+def failures(rows: Sequence[Row]) -> list[str]:
+    """Return a line for each reason for which conditions failed."""
+    count: dict[str, int] = {}
+    for row in rows:
+        if row["reason"] is not None:
+            count[row["reason"]] = count.get(row["reason"], 0) + 1
+    return [f"{many} failed: {reason}" for reason, many in count.items()]
+
+
+def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
+    """Return the conditions of an experiment, and which of them are finished."""
+    table = _table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
+    factors = list(conditions[0].levels)
+    for name in ("id", *factors, "method", "seed", "finished"):
+        table.add_column(name, justify="right" if name in (*factors, "seed") else "left")
+    for condition, done in zip(conditions, finished, strict=True):
+        levels = [_text(condition.levels[key]) for key in factors]
+        mark = "yes" if done else "-"
+        table.add_row(condition.id, *levels, condition.method, str(condition.seed), mark)
+    return table
+
+
+def _figures(group: Sequence[Row]) -> list[str]:
+    if not group:
+        return ["-"] * 4 + ["0"]
+    expected_s = [row["expected_detection_time_s"] for row in group]
+    if len(group) > 1:
+        low_s, high_s = student_interval(expected_s)
+    else:
+        low_s, high_s = group[0]["ci95_low_s"], group[0]["ci95_high_s"]
+    shares = ("detection_probability", "found_before_goal_probability")
+    return [
+        f"{_mean(expected_s):,.0f} s",
+        f"{low_s:,.0f} .. {high_s:,.0f}",
+        *(f"{_mean([row[name] for row in group]) * 100:.1f} %" for name in shares),
+        str(len(group)),
+    ]
+
+
+def student_interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of the mean of independent values (Student's t)."""
+    from scipy.special import stdtrit
+
+    count, mean = len(values), _mean(values)
+    variance = sum((value - mean) ** 2 for value in values) / (count - 1)
+    half = float(stdtrit(count - 1, CONFIDENCE)) * math.sqrt(variance / count)
+    return mean - half, mean + half
+
+
+def _mean(values: Sequence[float]) -> float:
+    return math.fsum(values) / len(values)
+
+
+def _text(level: Any) -> str:
+    return f"{level:g}" if isinstance(level, float) else str(level)
+
+
+def _table(title: str) -> "Table":
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    return Table(title=Text(title), box=box.SIMPLE_HEAD, title_justify="left")
