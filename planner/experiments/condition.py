@@ -3,6 +3,7 @@
 import datetime
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -70,5 +71,7 @@ def toml_text(value: Any) -> str:
         return "[" + ", ".join(map(toml_text, value)) + "]"
     if isinstance(value, datetime.date | datetime.time):
         raise ValueError(f'is a date or a time; write it in quotes, as "{value}"')
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError("is no finite number; give one")
     # TOML knows no escaped surrogates, as JSON has for what is beyond ASCII.
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    return json.dumps(value, ensure_ascii=False)

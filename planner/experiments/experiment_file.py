@@ -209,7 +209,7 @@ def _fault_of(key: str, levels: Any) -> str | None:
             if key == METHOD:
                 method_named(level)
         except ValueError as error:
-            return f"{shown(level)}: {error}"
+            return f"{level}: {error}"
     if key == "search.seed":
         return "seeds come from replicates (and seed, the first); leave the factor out"
     return None
