@@ -31,7 +31,9 @@ def experiment(arguments: argparse.Namespace) -> int:
     with progress(chosen.path.stem) as told:
         results = run(conditions, arguments.output, workers=arguments.jobs, told=told)
     failed = experiment_tables.failures(results.rows)
-    told_last = f"{results.run} conditions run, {len(conditions) - results.run} were finished before"
+    told_last = (
+        f"{results.run} conditions run, {len(conditions) - results.run} were finished before"
+    )
     out = {
         "results": str(arguments.output),
         "conditions": len(conditions),

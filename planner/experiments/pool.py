@@ -32,8 +32,7 @@ def conducted(conduct: Conduct, conditions: Sequence[Condition], workers: int) -
     while waiting:
         lost: list[Condition] = []
         yield from _round(conduct, waiting, workers, lost)
-        for condition in lost:
-            yield condition, _alone(conduct, condition)
+        yield from _one_at_a_time(conduct, lost)
 
 
 def _round(
@@ -59,20 +58,53 @@ def _round(
                     lost.append(condition)
 
 
-def _alone(conduct: Conduct, condition: Condition) -> Outcome:
-    for _ in range(TRIES):
+def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]:
+    tries = 0
+    while waiting:
         with _pool(1) as pool:
             try:
-                return pool.submit(conduct, condition).result()
+                while waiting:
+                    outcome = pool.submit(conduct, waiting[0]).result()
+                    yield waiting.pop(0), outcome
+                    tries = 0
             except BrokenProcessPool:
-                continue
+                tries += 1
+                if tries == TRIES:
+                    reason = (
+                        f"the process that ran it was killed {TRIES + 1} times; is memory short?"
+                    )
+                    yield waiting.pop(0), Outcome({"reason": reason}, {}, final=False)
+                    tries = 0
+
+
+def _killed() -> Outcome:
     reason = f"the process that ran it was killed {TRIES + 1} times; is memory short?"
     return Outcome({"reason": reason}, {}, final=False)
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
+    _start_tracker()
     context = multiprocessing.get_context("spawn")
     return ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+
+
+def _start_tracker() -> None:
+    """Start the process that clears semaphores away; without its warning if we are stopped."""
+    if os.name != "posix":
+        return
+    from multiprocessing import resource_tracker
+
+    key = "PYTHONWARNINGS"
+    before = os.environ.get(key)
+    quiet = f"ignore::UserWarning:{resource_tracker.__name__}"
+    os.environ[key] = f"{before},{quiet}" if before else quiet
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ[key]
+        else:
+            os.environ[key] = before
 
 
 def _begin() -> None:

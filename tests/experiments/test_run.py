@@ -2,8 +2,8 @@
 
 import csv
 import functools
-import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,12 +16,16 @@ import pytest
 from command_line import Commands, rows
 from planner.belief.opening import open_scenario
 from planner.errors import InputError, OutputError, SumoError
+from planner.experiments import pool
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, conduct
 from planner.experiments.experiment_file import Experiment, read_experiment
+from planner.experiments.kept import Kept
+from planner.experiments.pool import Conduct, Done
 from planner.experiments.run import run
 from planner.mission.preparation import Recorder
 from planner.mission.trial import try_method
+from planner.scenario_source import read_source
 from planner.search.methods import method_named
 
 TEXT = """
@@ -54,6 +58,16 @@ def whole(conditions: list[Condition], tmp_path_factory: pytest.TempPathFactory)
     return out
 
 
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Conditions are run in this process, where processes are not what is tested."""
+
+    def conducted(conduct: Conduct, conditions: list[Condition], _: int) -> Iterator[Done]:
+        return ((condition, conduct(condition)) for condition in conditions)
+
+    monkeypatch.setattr("planner.experiments.run.conducted", conducted)
+
+
 def same(out: Path, whole: Path) -> bool:
     kept = [path.relative_to(whole) for path in sorted((whole / "conditions").iterdir())]
     files = [*map(Path, TABLES), *kept]
@@ -65,35 +79,28 @@ def cells(out: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def calling(condition: Condition, *, folder: Path, act: Callable[[Condition], None]) -> Outcome:
-    """Run a condition as it is run elsewhere, but leave a note of it and do something before."""
-    act(condition)
-    with (folder / "called").open("a") as file:
+def noted(
+    condition: Condition, *, folder: Path, act: Callable[[Condition], object] | None = None
+) -> Outcome:
+    """Run a condition as it is run elsewhere, but do something before, and leave a note."""
+    if act is not None and (condition.method, condition.seed) == ("wait", 2):
+        act(condition)
+    with (folder / "noted").open("a") as file:
         file.write(f"{condition.id}\n")
     return conduct(condition)
 
 
-def nothing(condition: Condition) -> None:
-    pass
-
-
-def die(condition: Condition, *, folder: Path, times: int) -> None:
-    """End the process of a condition, a number of times."""
+def die(_: Condition, *, folder: Path, times: int) -> None:
+    """End the process that runs a condition, a number of times."""
     died = folder / "died"
     before = len(died.read_text()) if died.exists() else 0
-    if (condition.method, condition.seed) == ("wait", 2) and before < times:
+    if before < times:
         died.write_text("x" * (before + 1))
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def fail(condition: Condition, *, error: Exception) -> None:
-    if (condition.method, condition.seed) == ("wait", 2):
-        raise error
-
-
-def fails(condition: Condition, *, error: Exception) -> Outcome:
-    fail(condition, error=error)
-    return conduct(condition)
+def fail(*_: object, error: Exception, **__: object) -> None:
+    raise error
 
 
 def test_rows_are_what_each_method_gives_alone(whole: Path, conditions: list[Condition]) -> None:
@@ -127,7 +134,182 @@ def test_both_tables_say_the_same(whole: Path) -> None:
             assert text == [float(value) if value else "" for value in told]
 
 
-def test_all_methods_meet_the_same_targets(whole: Path) -> None:
-    found = {(r["seed"], r["planned_s"]) for r in cells(whole) if r["method"] == "greedy"}
-    assert len({r["expected_detection_time_s"] for r in cells(whole)}) == 13  # 12 and none
-    assert len(found) == 6
+def test_workers_change_nothing(conditions: list[Condition], whole: Path, tmp_path: Path) -> None:
+    run(conditions, tmp_path, workers=2)
+    assert same(tmp_path, whole)
+    timings = rows(tmp_path / "timings.parquet")
+    assert timings["id"] == [condition.id for condition in conditions]
+    failed = [row["reason"] != "" for row in cells(tmp_path)]
+    assert [took is None for took in timings["planning_s"]] == failed
+    assert min(timings["whole_s"]) > 0
+
+
+def test_a_failing_condition_is_recorded(whole: Path) -> None:
+    for row in cells(whole):
+        failed = row["sensor.radius_m"] == "-1"
+        assert row["reason"].startswith("sensor.radius_m: should be greater than 0" * failed)
+        assert (row["expected_detection_time_s"] == "") == (row["reason"] != "") == failed
+
+
+def test_resuming_runs_nothing_twice(
+    conditions: list[Condition], whole: Path, tmp_path: Path, here: None
+) -> None:
+    out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path)
+    some = conditions[::3]
+    run(some, out, workers=1, conduct=told)
+    assert len(cells(out)) == len(some)
+    (out / "conditions" / f".half{conditions[0].id}.json").write_text("{")
+    damaged = out / "conditions" / f"{some[0].id}.json"
+    damaged.write_bytes(damaged.read_bytes()[:-9])
+    assert run(conditions, out, workers=1, conduct=told).run == len(conditions) - len(some) + 1
+    assert same(out, whole)
+    assert run(conditions, out, workers=1, conduct=told).run == 0
+    assert same(out, whole)
+    ran = (tmp_path / "noted").read_text().split()
+    assert ran == [c.id for c in some] + [c.id for c in conditions if c not in some[1:]]
+    assert not list((out / "conditions").glob(".*"))
+
+
+def test_another_scenario_is_run_anew(tmp_path: Path, here: None) -> None:
+    fixed = read_experiment_beside(tmp_path, horizon_s=3600).conditions()[:2]
+    assert run(fixed, tmp_path / "out", workers=1).run == 2
+    assert run(fixed, tmp_path / "out", workers=1).run == 0
+    before = cells(tmp_path / "out")
+    other = read_experiment_beside(tmp_path, horizon_s=400).conditions()[:2]
+    assert [c.id for c in other] == [c.id for c in fixed]
+    assert run(other, tmp_path / "out", workers=1).run == 2
+    assert cells(tmp_path / "out") != before
+
+
+def read_experiment_beside(folder: Path, *, horizon_s: float) -> Experiment:
+    """An experiment on a scenario that lies beside it."""
+    source = read_source("figure3")
+    text = source.path.read_text().replace("horizon_s = 3600", f"horizon_s = {horizon_s:g}")
+    (folder / "scenario.toml").write_text(text)
+    for file in source.folder.glob("*.xml"):
+        shutil.copy(file, folder)
+    path = folder / "small.toml"
+    path.write_text(TEXT.replace('"figure3"', '"scenario.toml"'))
+    return read_experiment(path)
+
+
+def test_a_killed_worker_changes_nothing(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    act = functools.partial(die, folder=tmp_path, times=1)
+    out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path, act=act)
+    assert run(conditions, out, workers=2, conduct=told).run == len(conditions)
+    assert (tmp_path / "died").read_text() == "x"
+    assert same(out, whole)
+
+
+def test_a_stopped_run_goes_on_where_it_was(
+    experiment: Experiment, whole: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    code, said = stopped(experiment, out, signal.SIGINT)
+    assert (code, said) == (130, "planner: stopped; nothing is half-written\n")
+    before = kept_in(out)
+    assert 0 < len(before) < len(experiment.conditions())
+    code, said = stopped(experiment, out, signal.SIGKILL)
+    assert (code, said) == (-signal.SIGKILL, "")
+    after = kept_in(out)
+    assert before.items() <= after.items()
+    assert len(before) < len(after)
+    assert not (out / "results.csv").exists()
+    assert run(experiment.conditions(), out, workers=2).run == len(experiment.conditions()) - len(
+        after
+    )
+    assert same(out, whole)
+
+
+def kept_in(out: Path) -> dict[str, int]:
+    """What is finished, and when it was written."""
+    return {path.name: path.stat().st_mtime_ns for path in (out / "conditions").glob("[!.]*")}
+
+
+def stopped(experiment: Experiment, out: Path, number: signal.Signals) -> tuple[int, str]:
+    """Exit code and last words of a run that is stopped when it has kept something more."""
+    before = len(kept_in(out))
+    arguments = ["experiment", str(experiment.path), "-o", str(out), "--jobs", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "planner", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    until_s = time.monotonic() + 60
+    while len(kept_in(out)) == before and time.monotonic() < until_s:
+        time.sleep(0.002)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # a terminal tells all of them
+    else:
+        process.kill()
+    # It is read to its end, which comes when the last process that could write to it is gone.
+    _, said = process.communicate(timeout=30)
+    return process.returncode, said
+
+
+def test_what_always_kills_its_worker_is_told_from_the_others(
+    conditions: list[Condition], whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pool, "TRIES", 1)
+    act = functools.partial(die, folder=tmp_path, times=99)
+    few, out = conditions[:4], tmp_path / "out"
+    run(few, out, workers=2, conduct=functools.partial(noted, folder=tmp_path, act=act))
+    *well, killed = cells(out)
+    assert well == cells(whole)[:3]
+    assert killed["reason"].startswith("the process that ran it was killed 2 times")
+    assert run(few, out, workers=1).run == 1  # it is tried again the next time
+    assert cells(out) == cells(whole)[:4]
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [(SumoError("no\nmemory"), "no memory"), (RuntimeError("odd"), "RuntimeError: odd")],
+)
+def test_what_may_be_mended_is_tried_again(
+    conditions: list[Condition],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: Exception,
+    reason: str,
+) -> None:
+    with monkeypatch.context() as broken:
+        broken.setattr(
+            "planner.experiments.conduct.try_method", functools.partial(fail, error=error)
+        )
+        outcome = conduct(conditions[2])
+    assert (outcome.figures, outcome.final) == ({"reason": reason}, False)
+    kept = Kept(tmp_path)
+    kept.keep(conditions[2], outcome)
+    assert kept.figures(conditions[2]) is None
+    kept.keep(conditions[2], conduct(conditions[2]))
+    assert kept.figures(conditions[2]) is not None
+
+
+def test_the_command_tells_what_came_of_it(
+    experiment: Experiment, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = shutil.copytree(whole, tmp_path / "out")
+    command = Commands(capsys)
+    said = command("experiment", experiment.path, "-o", out)
+    assert (said.code, said.err) == (0, "")
+    assert "6 failed: sensor.radius_m: should be greater than 0" in said.out
+    assert "0 conditions run, 18 were finished before" in said.out
+    told = command("experiment", experiment.path, "-o", out, "--only", "seed=2", "--json").json
+    assert told == {"results": str(out), "conditions": 9, "run": 0, "failed": 3}
+    other = experiment.path.with_name("other.toml")
+    other.write_text(TEXT)
+    refused = command("experiment", other, "-o", out)
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+    assert "holds another experiment; choose another folder" in refused.err
+
+
+def test_nothing_to_run_and_nowhere_to_write(conditions: list[Condition], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no condition is left"):
+        run([], tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="is not a folder; choose another name"):
+        run(conditions[:1], tmp_path / "file")
