@@ -1,12 +1,13 @@
 """Plans in which order a drone flies the roads to find a vehicle soonest on average.
 
-network    a SUMO net as columns
-belief     what is known of the target; particles drawn from it
-futures    the particles driven by SUMO, recorded
-detection  UAV flight against futures: who is seen when
-search     road orders: planners from problem to plan
-mission    a plan meets the truth
-report     tables, pictures, files
+network      a SUMO net as columns
+belief       what is known of the target; particles drawn from it
+futures      the particles driven by SUMO, recorded
+detection    UAV flight against futures: who is seen when
+search       road orders: planners from problem to plan
+mission      a plan meets the truth
+experiments  many conditions, kept one by one
+report       tables, pictures, files
 """
 
 from importlib import import_module

@@ -8,7 +8,8 @@ from typing import Any
 from planner.cli import print_json
 from planner.errors import InputError, OutputError
 from planner.experiments.condition import Condition
-from planner.experiments.experiment_file import Experiment, read_experiment
+from planner.experiments.experiment import Experiment
+from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.run import run
 from planner.report import experiment_tables, tables
@@ -40,9 +41,16 @@ def experiment(arguments: argparse.Namespace) -> int:
         "run": results.run,
         "failed": sum(row["reason"] is not None for row in results.rows),
     }
-    table = experiment_tables.results_table(results.rows, list(conditions[0].levels), chosen.title)
+    table = _table(results.rows, conditions[0], chosen.title)
     _tell(arguments, out, [table, *failed, told_last, f"written to {arguments.output}"])
     return 0
+
+
+def _table(rows: Sequence[Any], first: Condition, title: str) -> Any:
+    if first.study:
+        return experiment_tables.study_table(rows, title)
+    sets = ["targets"] if first.sets else []
+    return experiment_tables.results_table(rows, [*first.levels, *sets], title)
 
 
 def _listed(arguments: argparse.Namespace, conditions: Sequence[Condition]) -> int:

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from planner.experiments.target_set import TargetSet
 from planner.mission.preparation import FRESH_TARGETS
 
 ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
@@ -25,6 +26,8 @@ class Condition:
     method: str
     seed: int  # of all random draws
     targets: int = FRESH_TARGETS  # fresh ones on which the plan is judged
+    sets: tuple[TargetSet, ...] = ()  # of enumerated targets that it meets as well
+    study: str = ""  # what is done in place of making a plan
     # Where the scenario lies here; elsewhere it is still the same condition.
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
@@ -53,6 +56,8 @@ class Condition:
             "method": self.method,
             "seed": self.seed,
             "targets": self.targets,
+            **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
+            **({"study": self.study} if self.study else {}),
         }
 
 

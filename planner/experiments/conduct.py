@@ -1,20 +1,27 @@
 """One condition run: open, record, plan, judge; what comes of it as plain data."""
 
+import importlib
 import logging
 import platform
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from planner.belief.opening import Opened, open_scenario
 from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
 from planner.experiments.condition import Condition
-from planner.mission.preparation import Recorder
-from planner.mission.trial import try_method
+from planner.mission.preparation import Recorder, problem_of
+from planner.mission.trial import Trial, try_method
 from planner.search.methods import Method, method_named
 
 log = logging.getLogger(__name__)
+
+STUDIES = {  # by name: the module and the function in it, loaded when a condition runs
+    "orders": ("orders", "orders_of"),
+    "precedence": ("precedence", "precedence_of"),
+}
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,10 @@ def conduct(condition: Condition) -> Outcome:
     figures: dict[str, Any] = {}
     took_s, final = None, True
     try:
-        figures, took_s = _tried(condition)
+        if condition.study:
+            figures = _study(condition)
+        else:
+            figures, took_s = _tried(condition)
     except OutputError:
         raise
     except PlannerError as error:
@@ -54,30 +64,44 @@ def conduct(condition: Condition) -> Outcome:
     return Outcome(figures, timing, final)
 
 
+def _study(condition: Condition) -> dict[str, Any]:
+    module, function = STUDIES[condition.study]
+    home = importlib.import_module(f"planner.experiments.{module}")
+    study: Callable[[Condition], dict[str, Any]] = getattr(home, function)
+    return study(condition)
+
+
 def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
     method = method_named(condition.method)
     opened = opened_of(condition)
     recorder = Recorder(opened, 1)
     judges = recorder.judging().futures if needs_judges(method, opened) else None
-    trial = try_method(
-        method,
-        opened,
-        recorder.planning().futures,
-        recorder.evaluation(condition.targets).futures,
-        judges=judges,
-    )
-    low_s, high_s = trial.evaluated.ci95_s
+    futures = recorder.planning().futures
+    fresh = recorder.evaluation(condition.targets).futures if condition.targets else futures
+    trial = try_method(method, recorder, futures, fresh, judges=judges)
     figures = {
+        **(_fresh(trial) if condition.targets else {}),
+        "planned_s": trial.planned.expected_detection_time_s,
+        "roads": trial.roads,
+        "work": trial.work,
+    }
+    if condition.sets:
+        from planner.experiments.met import figures_on
+
+        problem = problem_of(opened, futures, method=method)
+        figures["sets"] = figures_on(condition, problem, trial.plan)
+    return figures, trial.took_s
+
+
+def _fresh(trial: Trial) -> dict[str, Any]:
+    low_s, high_s = trial.evaluated.ci95_s
+    return {
         "expected_detection_time_s": trial.evaluated.expected_detection_time_s,
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "detection_probability": trial.evaluated.detection_probability,
         "found_before_goal_probability": trial.evaluated.found_before_goal_probability,
-        "planned_s": trial.planned.expected_detection_time_s,
-        "roads": trial.roads,
-        "work": trial.work,
     }
-    return figures, trial.took_s
 
 
 def opened_of(condition: Condition) -> Opened:

@@ -1,110 +1,44 @@
-"""An experiment file: factors and their levels, from which the conditions follow."""
+"""An experiment file: read and checked, so that nothing wrong in it is found out late."""
 
-import itertools
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError
-from planner.experiments.condition import Condition, toml_text
-from planner.files import shipped
+from planner.experiments.condition import toml_text
+from planner.experiments.conduct import STUDIES
+from planner.experiments.experiment import METHOD, Experiment
+from planner.experiments.target_set import POINTS, TargetSet
+from planner.files import shipped, shipped_names
 from planner.mission.preparation import FRESH_TARGETS
+from planner.scenario import TargetSection
 from planner.scenario_draft import read_draft
 from planner.scenario_source import scenario_path
-from planner.search.methods import METHODS, method_named
+from planner.search.methods import method_named
 from planner.wording import shown, suggestion
 
-KNOWN = ("title", "scenario", "preset", "factors", "replicates", "seed", "targets")
-METHOD, SEED = "method", "seed"
-QUICK_TARGETS, QUICK_PARTICLES = 1000, 256
+OF_A_BLOCK = ("factors", "set", "replicates")
+KNOWN = (
+    "title",
+    "scenario",
+    "preset",
+    "seed",
+    "targets",
+    "sets",
+    "study",
+    "block",
+    *OF_A_BLOCK,
+)
 
-
-@dataclass(frozen=True)
-class Experiment:
-    """What is varied, on which scenario, and how often."""
-
-    path: Path
-    title: str
-    scenario: str  # as the file names it
-    place: Path  # of the scenario's file
-    preset: str | None
-    factors: Mapping[str, tuple[Any, ...]]  # dotted keys of the scenario, or method
-    seeds: tuple[int, ...]
-    targets: int  # fresh ones for each plan
-    fixed: tuple[str, ...] = ()  # overrides that hold for all conditions
-
-    def quick(self) -> "Experiment":
-        """Return a small one of the same kind: the ends of each factor, one seed, few targets."""
-        return replace(
-            self,
-            factors={key: tuple(_ends(levels)) for key, levels in self.factors.items()},
-            seeds=self.seeds[:1],
-            targets=QUICK_TARGETS,
-            fixed=(f"search.particles={QUICK_PARTICLES}",),
-        )
-
-    def only(self, choices: Sequence[str]) -> "Experiment":
-        """Return the part in which factors, or the seed, have the levels chosen as key=value.
-
-        Raises
-        ------
-        InputError
-            If there is no such factor or level.
-        """
-        factors: dict[str, tuple[Any, ...]] = {**self.factors, SEED: self.seeds}
-        kept: dict[str, list[Any]] = {}
-        for choice in choices:
-            key, _, text = (part.strip() for part in choice.partition("="))
-            if key not in factors:
-                raise InputError(f"--only {choice}: no factor {key!r}; {suggestion(key, factors)}")
-            found = [level for level in factors[key] if _is(level, text)]
-            if not found:
-                levels = ", ".join(map(shown, factors[key][:8]))
-                raise InputError(f"--only {choice}: is not among the levels; choose of {levels}")
-            kept.setdefault(key, []).extend(found)
-        for key, among in kept.items():
-            factors[key] = tuple(level for level in factors[key] if level in among)
-        seeds = factors.pop(SEED)
-        return replace(self, factors=factors, seeds=seeds)
-
-    def conditions(self) -> list[Condition]:
-        """Return all combinations of the levels, seeds varying fastest."""
-        return list(self._combined())
-
-    def _combined(self) -> Iterator[Condition]:
-        for combination in itertools.product(*self.factors.values()):
-            levels = dict(zip(self.factors, combination, strict=True))
-            method = levels.pop(METHOD, METHODS[0].name)
-            overrides = (*self.fixed, *(f"{k}={toml_text(v)}" for k, v in levels.items()))
-            for seed in self.seeds:
-                yield Condition(
-                    scenario=self.scenario,
-                    preset=self.preset,
-                    overrides=overrides,
-                    method=method,
-                    seed=seed,
-                    targets=self.targets,
-                    place=self.place,
-                    levels=levels,
-                )
-
-
-def _ends(levels: Sequence[Any]) -> Sequence[Any]:
-    return levels if len(levels) < 2 else (levels[0], levels[-1])
-
-
-def _is(level: Any, text: str) -> bool:
-    if isinstance(level, int | float) and not isinstance(level, bool):
-        with suppress(ValueError):
-            return float(text) == level
-    return text in (str(level), toml_text(level))
+Table = Mapping[str, Any]
 
 
 def experiment_path(place: str | Path) -> Path:
-    """Return an experiment's file: a path, or SCENARIO/NAME of one that comes with the package.
+    """Return an experiment's file: a path, or the name of one that comes with the package.
+
+    Its name, or SCENARIO/NAME.
 
     Raises
     ------
@@ -114,12 +48,13 @@ def experiment_path(place: str | Path) -> Path:
     path = Path(place)
     if path.is_file():
         return path
-    folder = shipped(path.parent.name) if len(path.parts) == 2 else None
-    if folder is not None and (folder / f"{path.stem}.toml").is_file():
-        return folder / f"{path.stem}.toml"
+    names = [path.parent.name] if len(path.parts) == 2 else shipped_names()
+    for folder in filter(None, map(shipped, names)):
+        if path.stem != "scenario" and (folder / f"{path.stem}.toml").is_file():
+            return folder / f"{path.stem}.toml"
     raise InputError(
         f"{place}: there is no such experiment file; give its path, or one that is shipped, "
-        "as grid5x5/figure8"
+        "as figure8"
     )
 
 
@@ -132,32 +67,124 @@ def read_experiment(place: str | Path) -> Experiment:
         If there is no such file or something in it is wrong; the text names file, key and remedy.
     """
     path = experiment_path(place)
+    table = _parsed(path)
+    _refuse_unknown(path, "", table, KNOWN)
+    blocks = _blocks(path, table)
+    whole = _whole(path, table)
+    parts = [_block(whole, table, block) for block in blocks]
+    experiment = replace(parts[0], more=tuple(parts[1:]))
+    for part in parts:
+        _refuse_unknown_keys(part)
+    return experiment
+
+
+def _parsed(path: Path) -> Table:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: is not TOML ({error}); correct it there") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+
+
+def _refuse_unknown(path: Path, within: str, table: Table, known: tuple[str, ...]) -> None:
     for key in table:
-        if key not in KNOWN:
-            raise InputError(f"{path}: {key}: is not a known key; {suggestion(key, KNOWN)}")
+        if key not in known:
+            raise InputError(f"{path}: {within}{key}: is not a known key; {suggestion(key, known)}")
+
+
+def _whole(path: Path, table: Table) -> Experiment:
+    """Return what all blocks share."""
     scenario = _text(path, table, "scenario")
-    seed = _number(path, table, "seed", default=1, least=0)
-    experiment = Experiment(
+    study = _text(path, table, "study", default="-").strip("-")
+    if study and study not in STUDIES:
+        raise InputError(f"{path}: study: {study} is unknown; {suggestion(study, STUDIES)}")
+    sets = _sets(path, table.get("sets", {}))
+    return Experiment(
         path=path,
         title=_text(path, table, "title", default=path.stem),
         scenario=scenario,
         place=_scenario_place(path, scenario),
         preset=_text(path, table, "preset") if "preset" in table else None,
-        factors=_factors(path, table.get("factors")),
-        seeds=tuple(range(seed, seed + _number(path, table, "replicates", default=1))),
-        targets=_number(path, table, "targets", default=FRESH_TARGETS),
+        factors={},
+        seeds=(_number(path, table, "seed", default=1, least=0),),
+        targets=_number(path, table, "targets", default=FRESH_TARGETS, least=0 if sets else 1),
+        sets=sets,
+        study=study,
     )
-    _refuse_unknown_keys(experiment)
-    return experiment
 
 
-def _text(path: Path, table: Mapping[str, Any], key: str, *, default: str | None = None) -> str:
+def _blocks(path: Path, table: Table) -> list[Table]:
+    blocks = table.get("block", [{}])
+    if not isinstance(blocks, list) or not all(isinstance(block, dict) for block in blocks):
+        raise InputError(f"{path}: block: should be tables; write [[block]]")
+    for block in blocks:
+        _refuse_unknown(path, "block.", block, ("name", *OF_A_BLOCK))
+    return blocks or [{}]
+
+
+def _block(whole: Experiment, table: Table, block: Table) -> Experiment:
+    path, first = whole.path, whole.seeds[0]
+    factors = {**_table(path, table, "factors"), **_table(path, block, "factors")}
+    settings = {**_table(path, table, "set"), **_table(path, block, "set")}
+    seeds = _number(path, {**table, **block}, "replicates", default=1)
+    return replace(
+        whole,
+        block=_text(path, block, "name", default="-").strip("-"),
+        factors=_factors(path, factors, needed=not whole.study),
+        fixed=_overrides(path, "set", settings),
+        seeds=tuple(range(first, first + seeds)),
+    )
+
+
+def _overrides(path: Path, within: str, table: Table) -> tuple[str, ...]:
+    for key, value in table.items():
+        try:
+            toml_text(value)
+        except ValueError as error:
+            raise InputError(f"{path}: {within}.{key}: {error}") from error
+    return tuple(f"{key}={toml_text(value)}" for key, value in table.items())
+
+
+def _sets(path: Path, table: Any) -> tuple[TargetSet, ...]:
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: sets: should be tables; write [sets.NAME]")
+    return tuple(_set(path, name, keys) for name, keys in table.items())
+
+
+def _set(path: Path, name: str, keys: Any) -> TargetSet:
+    within = f"sets.{name}"
+    if not isinstance(keys, dict):
+        raise InputError(f"{path}: {within}: should be a table, not {shown(keys)}")
+    own = ("route", "points", "parks", "detects", "by_route")
+    truth = tuple(TargetSection.model_fields)
+    _refuse_unknown(path, f"{within}.", keys, (*own, *truth))
+    detects = keys.get("detects", 1.0)
+    if not isinstance(detects, float | int) or not 0 < detects <= 1:
+        raise InputError(
+            f"{path}: {within}.detects: should not be {shown(detects)}; "
+            "give a probability above 0 and at most 1"
+        )
+    of_truth = {f"truth.{key}": value for key, value in keys.items() if key in truth}
+    return TargetSet(
+        name=name,
+        truth=_overrides(path, within, of_truth),
+        route=_text(path, keys, "route", default="-").strip("-"),
+        points=_number(path, keys, "points", default=POINTS),
+        parks=_flag(path, within, keys, "parks"),
+        detects=float(detects),
+        by_route=_flag(path, within, keys, "by_route"),
+    )
+
+
+def _flag(path: Path, within: str, table: Table, key: str) -> bool:
+    value = table.get(key, False)
+    if not isinstance(value, bool):
+        raise InputError(f"{path}: {within}.{key}: should be true or false, not {shown(value)}")
+    return value
+
+
+def _text(path: Path, table: Table, key: str, *, default: str | None = None) -> str:
     value = table.get(key, default)
     if value is None:
         raise InputError(f"{path}: {key}: is missing; give its name in quotes")
@@ -166,12 +193,20 @@ def _text(path: Path, table: Mapping[str, Any], key: str, *, default: str | None
     return value
 
 
-def _number(path: Path, table: Mapping[str, Any], key: str, *, default: int, least: int = 1) -> int:
+def _number(path: Path, table: Table, key: str, *, default: int, least: int = 1) -> int:
     value = table.get(key, default)
     if type(value) is not int or value < least:
         remedy = f"give a whole number from {least} on"
         raise InputError(f"{path}: {key}: should not be {shown(value)}; {remedy}")
     return value
+
+
+def _table(path: Path, table: Table, key: str) -> Table:
+    found = table.get(key, {})
+    if not isinstance(found, dict):
+        remedy = f'write [{key}] and below it "dotted.key" = ...'
+        raise InputError(f"{path}: {key}: should be a table, not {shown(found)}; {remedy}")
+    return found
 
 
 def _scenario_place(path: Path, scenario: str) -> Path:
@@ -183,11 +218,10 @@ def _scenario_place(path: Path, scenario: str) -> Path:
         raise InputError(f"{path}: scenario: {error}") from error
 
 
-def _factors(path: Path, table: Any) -> dict[str, tuple[Any, ...]]:
-    if not isinstance(table, dict) or not table:
-        what = "is missing" if table is None else f"should be a table, not {shown(table)}"
+def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, tuple[Any, ...]]:
+    if not table and needed:
         remedy = 'write [factors] and below it "dotted.key" = [level, level]'
-        raise InputError(f"{path}: factors: {what}; {remedy}")
+        raise InputError(f"{path}: factors: is missing; {remedy}")
     for key, levels in table.items():
         fault = _fault_of(key, levels)
         if fault:
@@ -221,11 +255,16 @@ def _refuse_unknown_keys(experiment: Experiment) -> None:
     A level out of range is told later, as the reason of the conditions that have it: it may be
     sound together with others only.
     """
-    first = next(experiment._combined())
-    draft = read_draft(first.place, preset=first.preset, overrides=first.settings)
-    for fault in draft.faults:
-        key, _, what = fault.partition(": ")
-        if "is not a known" in what or "is not a dotted key" in what:
-            raise InputError(f"{experiment.path}: factors.{key}: {what}")
-        if key.startswith("presets."):
-            raise InputError(f"{experiment.path}: preset: {fault}")
+    first = experiment.conditions()[0]
+    for within, overrides in [
+        ("factors", ()),
+        *((f"sets.{one.name}", one.truth) for one in experiment.sets),
+    ]:
+        given = (*first.settings, *overrides)
+        draft = read_draft(first.place, preset=first.preset, overrides=given)
+        for fault in draft.faults:
+            key, _, what = fault.partition(": ")
+            if "is not a known" in what or "is not a dotted key" in what or overrides:
+                raise InputError(f"{experiment.path}: {within}.{key}: {what}")
+            if key.startswith("presets."):
+                raise InputError(f"{experiment.path}: preset: {fault}")

@@ -28,27 +28,54 @@ FIGURES: dict[str, Kind] = {
     "work": "int64",  # units that the search counts; null for methods that count none
     "reason": "string",  # why there are no figures
 }
+FRESH = "fresh"  # the name of targets drawn for the seed
+FRESH_ONLY = (  # figures that each set of targets has its own of, or none
+    "expected_detection_time_s",
+    "ci95_low_s",
+    "ci95_high_s",
+    "detection_probability",
+    "found_before_goal_probability",
+)
 TIMING: dict[str, Kind] = {"planning_s": "float64", "whole_s": "float64", "host": "string"}
 
 Row = dict[str, Any]
 
 
-def row_of(condition: Condition, figures: Mapping[str, Any]) -> Row:
-    """Return the row of a condition."""
+def rows_of(condition: Condition, figures: Mapping[str, Any]) -> list[Row]:
+    """Return the rows of a condition: one for each set of targets that it meets, if it has sets.
+
+    Fresh targets, drawn anew for each seed, are a set then too.
+    """
     row: Row = {"id": condition.id, "method": condition.method}
     row |= {key: _cell(level) for key, level in condition.levels.items()}
     row["seed"] = condition.seed
-    return row | {name: figures.get(name) for name in FIGURES}
+    if condition.study:
+        return [row | found | {"reason": None} for found in figures.get("rows", ())] or [
+            row | {"reason": figures.get("reason")}
+        ]
+    measured = {name: figures.get(name) for name in FIGURES}
+    if not condition.sets:
+        return [row | measured]
+    rows = [row | {"targets": FRESH} | measured] if condition.targets else []
+    for one in condition.sets:
+        on_it = figures.get("sets", {}).get(one.name, {})
+        none = dict.fromkeys(FRESH_ONLY)
+        rows.append(row | {"targets": one.name} | measured | none | _known(on_it))
+    return rows
+
+
+def _known(figures: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in figures.items() if name in FIGURES}
 
 
 def write_results(out: Path, rows: Sequence[Row]) -> None:
     """Write ``results.csv`` and ``results.parquet``."""
-    names = list(rows[0])
+    names = list(dict.fromkeys(name for row in rows for name in row))
     with written_whole(out / RESULTS_CSV) as new, new.open("w", newline="", encoding="utf-8") as to:
         table = csv.DictWriter(to, names, lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
-    columns = {name: [row[name] for row in rows] for name in names}
+    columns = {name: [row.get(name) for row in rows] for name in names}
     made_by = json.dumps(versions(), sort_keys=True)
     described = {"schema": SCHEMA, "units": UNITS, "versions": made_by}
     write_table(out / RESULTS, {name: _column(name, columns[name]) for name in names}, described)
@@ -69,7 +96,8 @@ def _column(name: str, values: list[Any]) -> Any:
 
 
 def _kind(values: Sequence[Any]) -> Kind:
-    return "float64" if all(isinstance(value, int | float) for value in values) else "string"
+    numbers = all(isinstance(value, int | float) for value in values if value is not None)
+    return "float64" if numbers and any(value is not None for value in values) else "string"
 
 
 def _texts(values: Sequence[Any]) -> list[str | None]:

@@ -2,17 +2,19 @@
 
 import contextlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from planner.belief.opening import Opened
 from planner.errors import InputError, PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import conduct, needs_judges, opened_of
 from planner.experiments.kept import Kept
+from planner.experiments.met import targets_of
 from planner.experiments.pool import Conduct, conducted
-from planner.experiments.results import Row, row_of, write_results, write_timings
+from planner.experiments.results import Row, rows_of, write_results, write_timings
 from planner.futures.workers import cores
 from planner.mission.preparation import Recorder
 from planner.search.methods import method_named
@@ -28,6 +30,7 @@ class Results:
 
     rows: tuple[Row, ...]
     run: int
+    figures: Mapping[str, Any]  # all that came of each condition, by its id
 
 
 def run(
@@ -72,10 +75,10 @@ def run(
         figures[condition.id] = outcome.figures
         if told:
             told(done, len(waiting), "")
-    rows = [row_of(condition, figures[condition.id] or {}) for condition in conditions]
+    rows = [row for c in conditions for row in rows_of(c, figures[c.id] or {})]
     write_results(out, rows)
     write_timings(out, [c.id for c in conditions], [kept.timing(c) for c in conditions])
-    return Results(tuple(rows), len(waiting))
+    return Results(tuple(rows), len(waiting), figures)
 
 
 def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None) -> None:
@@ -86,6 +89,8 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
     recorded: set[str] = set()
     for condition in waiting:
         with contextlib.suppress(PlannerError):
+            if condition.study:
+                continue
             opened, method = opened_of(condition), method_named(condition.method)
             judged = needs_judges(method, opened)
             key = _shared(opened, condition, judged=judged)
@@ -94,19 +99,23 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
             recorded.add(key)
             if told:
                 told(0, len(waiting), f"recording {len(recorded)}")
-            _record(Recorder(opened, workers), condition.targets, judged=judged)
+            _record(Recorder(opened, workers), condition, judged=judged)
 
 
-def _record(recorder: Recorder, targets: int, *, judged: bool) -> None:
+def _record(recorder: Recorder, condition: Condition, *, judged: bool) -> None:
     recorder.planning()
-    recorder.evaluation(targets)
+    if condition.targets:
+        recorder.evaluation(condition.targets)
     if judged:
         recorder.judging()
+    for one in condition.sets:
+        targets_of(one, condition, workers=recorder.workers or 1)
 
 
 def _shared(opened: Opened, condition: Condition, *, judged: bool) -> str:
     """Return what decides which targets are drawn, as text."""
     scenario = opened.scenario.as_dict()
     search = {key: scenario["search"].get(key) for key in DRAWN_BY}
-    drawn = [scenario["target"], scenario["truth"], search, condition.targets, judged]
+    sets = [one.as_dict() for one in condition.sets]
+    drawn = [scenario["target"], scenario["truth"], search, condition.targets, judged, sets]
     return json.dumps([opened.network.sha256, *drawn], sort_keys=True)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 Row = Mapping[str, Any]
 
+MOST_LINES = 60  # that a terminal shows
 CONFIDENCE = 0.975  # the upper end of a 95 % interval
 
 
@@ -28,9 +29,31 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
     groups: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
         groups.setdefault(tuple(_text(row[key]) for key in (*factors, "method")), []).append(row)
-    for cells, group in groups.items():
+    for cells, group in list(groups.items())[:MOST_LINES]:
         table.add_row(*cells, *_figures([row for row in group if row["reason"] is None]))
     return table
+
+
+def study_table(rows: Sequence[Row], title: str) -> "Table":
+    """Return the rows of a study as they are."""
+    table = _table(title)
+    names = [name for name in rows[0] if name not in ("id", "method", "seed", "reason")]
+    for name in names:
+        right = not isinstance(rows[0][name], str)
+        table.add_column(name, justify="right" if right else "left")
+    for row in rows[:MOST_LINES]:
+        table.add_row(*(_cell(row.get(name)) for name in names))
+    return table
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,.4g}" if isinstance(value, float) and value < 1 else _number(value)
+
+
+def _number(value: Any) -> str:
+    return f"{value:,.0f}" if isinstance(value, float | int) else str(value)
 
 
 def failures(rows: Sequence[Row]) -> list[str]:
@@ -59,14 +82,13 @@ def _figures(group: Sequence[Row]) -> list[str]:
     if not group:
         return ["-"] * 4 + ["0"]
     expected_s = [row["expected_detection_time_s"] for row in group]
+    low_s, high_s = group[0]["ci95_low_s"], group[0]["ci95_high_s"]
     if len(group) > 1:
         low_s, high_s = student_interval(expected_s)
-    else:
-        low_s, high_s = group[0]["ci95_low_s"], group[0]["ci95_high_s"]
     shares = ("detection_probability", "found_before_goal_probability")
     return [
         f"{_mean(expected_s):,.0f} s",
-        f"{low_s:,.0f} .. {high_s:,.0f}",
+        "-" if low_s is None else f"{low_s:,.0f} .. {high_s:,.0f}",
         *(f"{_mean([row[name] for row in group]) * 100:.1f} %" for name in shares),
         str(len(group)),
     ]

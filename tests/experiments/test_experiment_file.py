@@ -10,7 +10,8 @@ import pytest
 from command_line import Commands
 from planner.errors import InputError
 from planner.experiments.condition import toml_text
-from planner.experiments.experiment_file import Experiment, read_experiment
+from planner.experiments.experiment import Experiment
+from planner.experiments.experiment_file import read_experiment
 from planner.scenario_source import read_source
 
 SOUND = """
@@ -71,11 +72,12 @@ def test_id_is_the_same_wherever_the_files_lie(sound: Experiment, tmp_path: Path
     assert len({c.id for c in sound.conditions()}) == 18
 
 
-def test_quick_takes_the_ends_and_one_seed(sound: Experiment) -> None:
+def test_quick_takes_the_ends_and_two_seeds(sound: Experiment) -> None:
     quick = sound.quick().conditions()
     radii = ("sensor.radius_m=100", "sensor.radius_m=300")
-    assert [c.overrides for c in quick[::2]] == [("search.particles=256", r) for r in radii]
-    assert {c.seed for c in quick} == {1}
+    small = ("search.particles=256", "search.work=5000")
+    assert {c.overrides for c in quick} == {(*small, r) for r in radii}
+    assert {c.seed for c in quick} == {1, 2}
     assert {c.targets for c in quick} == {1000}
 
 
@@ -118,9 +120,13 @@ def test_the_papers_figure() -> None:
     distances = figure8.factors["uav.start.distance_m"]
     assert len(distances) >= 15
     assert (distances[0], distances[-1]) == (0, 700e3)
-    assert len(figure8.seeds) == 10
+    assert {part.block: len(part.seeds) for part in figure8.parts} == {
+        "no planning": 1,
+        "300 s": 10,
+        "1 s": 10,
+    }
     assert {c.preset for c in conditions} == {"paper"}
-    assert len({c.id for c in conditions}) == len(conditions) == 5 * 10 * len(distances)
+    assert len({c.id for c in conditions}) == len(conditions) == (3 + 4 * 10) * len(distances)
 
 
 FACTORS = '[factors]\nmethod = ["wait"]\n'
@@ -168,7 +174,7 @@ def test_bad_files_get_one_line(
 
 
 def test_no_such_file(tmp_path: Path) -> None:
-    for place in (tmp_path / "none.toml", "figure8", "grid5x5/figure88"):
+    for place in (tmp_path / "none.toml", "figure88", "grid5x5/figure88", "figure3/figure8"):
         with pytest.raises(InputError, match="there is no such experiment file; give"):
             read_experiment(place)
 

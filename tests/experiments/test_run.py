@@ -19,7 +19,8 @@ from planner.errors import InputError, OutputError, SumoError
 from planner.experiments import pool
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, conduct
-from planner.experiments.experiment_file import Experiment, read_experiment
+from planner.experiments.experiment import Experiment
+from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.pool import Conduct, Done
 from planner.experiments.run import run

@@ -1,0 +1,160 @@
+"""An experiment: factors and their levels, from which the conditions follow."""
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from planner.errors import InputError
+from planner.experiments.condition import Condition, toml_text
+from planner.experiments.target_set import TargetSet
+from planner.scenario_draft import read_draft
+from planner.search.methods import METHODS
+from planner.wording import shown, suggestion
+
+METHOD, SEED, BLOCK = "method", "seed", "block"
+QUICK_TARGETS, QUICK_POINTS, QUICK_SEEDS = 1000, 4, 2
+QUICK = ("search.particles=256", "search.work=5000")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is varied, on which scenario, and how often."""
+
+    path: Path
+    title: str
+    scenario: str  # as the file names it
+    place: Path  # of the scenario's file
+    preset: str | None
+    factors: Mapping[str, tuple[Any, ...]]  # dotted keys of the scenario, or method
+    seeds: tuple[int, ...]
+    targets: int  # fresh ones for each plan
+    fixed: tuple[str, ...] = ()  # overrides that hold for all conditions
+    sets: tuple[TargetSet, ...] = ()  # of enumerated targets
+    study: str = ""  # what is done in place of making a plan
+    block: str = ""  # its name, if the file has several
+    more: tuple["Experiment", ...] = ()  # the file's other blocks
+
+    @property
+    def parts(self) -> tuple["Experiment", ...]:
+        """The file's blocks, each on its own."""
+        return replace(self, more=()), *self.more
+
+    def quick(self) -> "Experiment":
+        """Return a small one of the same kind: the ends of each factor, few seeds and targets."""
+        return _together([part._quick() for part in self.parts])
+
+    def _quick(self) -> "Experiment":
+        return replace(
+            self,
+            factors={key: tuple(_ends(key, levels)) for key, levels in self.factors.items()},
+            seeds=self.seeds[:QUICK_SEEDS],
+            targets=min(self.targets, QUICK_TARGETS),
+            fixed=(*self.fixed, *QUICK),
+            sets=tuple(replace(one, points=min(one.points, QUICK_POINTS)) for one in self.sets),
+        )
+
+    def only(self, choices: Sequence[str]) -> "Experiment":
+        """Return the part in which factors, or the seed, have the levels chosen as key=value.
+
+        Raises
+        ------
+        InputError
+            If there is no such factor or level.
+        """
+        kept, faults = [], []
+        for part in self.parts:
+            try:
+                kept.append(part._only(choices))
+            except InputError as error:
+                faults.append(error)
+        if not kept:
+            raise faults[0]
+        return _together(kept)
+
+    def _only(self, choices: Sequence[str]) -> "Experiment":
+        named = {BLOCK: (self.block,)} if self.block else {}
+        factors: dict[str, tuple[Any, ...]] = {**self.factors, SEED: self.seeds, **named}
+        kept: dict[str, list[Any]] = {}
+        for choice in choices:
+            key, _, text = (part.strip() for part in choice.partition("="))
+            if key not in factors:
+                raise InputError(f"--only {choice}: no factor {key!r}; {suggestion(key, factors)}")
+            found = [level for level in factors[key] if _is(level, text)]
+            if not found:
+                levels = ", ".join(map(shown, factors[key][:8]))
+                raise InputError(f"--only {choice}: is not among the levels; choose of {levels}")
+            kept.setdefault(key, []).extend(found)
+        for key, among in kept.items():
+            factors[key] = tuple(level for level in factors[key] if level in among)
+        seeds = factors.pop(SEED)
+        factors.pop(BLOCK, None)
+        return replace(self, factors=factors, seeds=seeds)
+
+    def conditions(self) -> list[Condition]:
+        """Return all combinations of the levels, seeds varying fastest, block after block.
+
+        Each condition has a level of every factor of every block: where a block does not vary
+        one, what the scenario has. One that occurs in several blocks is the first block's.
+        """
+        keys = list(dict.fromkeys(key for part in self.parts for key in part.factors))
+        keys = [key for key in keys if key != METHOD]
+        combined = [c for part in self.parts for c in part._combined(keys)]
+        return list({condition.id: condition for condition in reversed(combined)}.values())[::-1]
+
+    def _combined(self, keys: Sequence[str]) -> Iterator[Condition]:
+        named = {BLOCK: self.block} if self.block else {}
+        as_it_is = self._unvaried([key for key in keys if key not in self.factors])
+        for combination in itertools.product(*self.factors.values()):
+            levels = dict(zip(self.factors, combination, strict=True))
+            method = levels.pop(METHOD, self.study or METHODS[0].name)
+            overrides = (*self.fixed, *(f"{k}={toml_text(v)}" for k, v in levels.items()))
+            every = {**named, **{key: levels.get(key, as_it_is.get(key)) for key in keys}}
+            for seed in self.seeds:
+                yield Condition(
+                    scenario=self.scenario,
+                    preset=self.preset,
+                    overrides=overrides,
+                    method=method,
+                    seed=seed,
+                    targets=self.targets,
+                    sets=self.sets,
+                    study=self.study,
+                    place=self.place,
+                    levels=every,
+                )
+
+    def _unvaried(self, keys: Sequence[str]) -> dict[str, Any]:
+        """Return what the scenario has where this block does not vary it."""
+        if not keys:
+            return {}
+        draft = read_draft(self.place, preset=self.preset, overrides=self.fixed)
+        return {key: _value(draft, key) for key in keys}
+
+
+def _together(parts: Sequence[Experiment]) -> Experiment:
+    return replace(parts[0], more=tuple(parts[1:]))
+
+
+def _value(draft: Any, key: str) -> Any:
+    """Return the plain value of a dotted key, None where there is none."""
+    section, *names = key.split(".")
+    found: Any = getattr(draft, section, None)
+    for name in names:
+        found = getattr(found, name, None)
+    if hasattr(found, "model_dump"):
+        return found.model_dump(mode="json", exclude_none=True)
+    return found
+
+
+def _ends(key: str, levels: Sequence[Any]) -> Sequence[Any]:
+    return levels if key == METHOD or len(levels) < 2 else (levels[0], levels[-1])
+
+
+def _is(level: Any, text: str) -> bool:
+    if isinstance(level, int | float) and not isinstance(level, bool):
+        with suppress(ValueError):
+            return float(text) == level
+    return text in (str(level), toml_text(level))

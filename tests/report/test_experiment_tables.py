@@ -1,0 +1,59 @@
+"""Tables of experiments."""
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from planner.report.experiment_tables import failures, results_table, student_interval
+from planner.report.tables import console
+
+
+def row(seed: int, expected_s: float | None, reason: str | None = None, **more: Any) -> Any:
+    return {
+        "method": "greedy",
+        "radius": 200.0,
+        "seed": seed,
+        "expected_detection_time_s": expected_s,
+        "ci95_low_s": 90.0,
+        "ci95_high_s": 110.0,
+        "detection_probability": 0.5,
+        "found_before_goal_probability": 0.25,
+        "reason": reason,
+        **more,
+    }
+
+
+def printed(rows: list[Any]) -> list[list[str]]:
+    out = io.StringIO()
+    console(out).print(results_table(rows, ["radius"], "title"))
+    lines = [" ".join(line.split()) for line in out.getvalue().splitlines()]
+    return [line.split(" ") for line in lines if line.startswith("200")]
+
+
+def test_interval_is_student_s() -> None:
+    values = np.random.default_rng(1).normal(1000, 50, 7).tolist()
+    error = scipy.stats.sem(values)
+    expected = scipy.stats.t.interval(0.95, 6, loc=np.mean(values), scale=error)
+    assert student_interval(values) == pytest.approx(expected, rel=1e-12)
+
+
+def test_seeds_are_averaged() -> None:
+    (cells,) = printed([row(1, 99.0), row(2, 101.0)])
+    assert " ".join(cells) == "200 greedy 100 s 87 .. 113 50.0 % 25.0 % 2"
+
+
+def test_one_seed_has_the_interval_of_its_targets() -> None:
+    (cells,) = printed([row(1, 99.0)])
+    assert " ".join(cells) == "200 greedy 99 s 90 .. 110 50.0 % 25.0 % 1"
+
+
+def test_failures_are_counted_and_left_out() -> None:
+    rows = [row(1, 99.0), row(2, None, "odd"), row(3, None, "odd")]
+    (cells,) = printed(rows)
+    assert cells[-1] == "1"
+    assert failures(rows) == ["2 failed: odd"]
+    (cells,) = printed(rows[1:])
+    assert " ".join(cells) == "200 greedy - - - - 0"
