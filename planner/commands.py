@@ -7,7 +7,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -114,13 +114,14 @@ def plan(arguments: argparse.Namespace) -> int:
         fresh = _evaluation_recording(arguments, opened)
         watch.lap("futures")
         trial = _trial(arguments, opened, method, recording, fresh)
+        watch.lap("planning and evaluation")
         watch.took_s["planning"] = trial.took_s
         row, content = tables.row_of(trial), _plan_content(opened, trial)
         if folder is not None:
             problem = problem_of(opened, recording.futures, method=method)
             title = f"{opened.scenario.name}: {method.name}"
             run_files.write_run(folder, problem, trial.plan, content, row, title=title)
-            watch.lap("evaluation and files")
+            watch.lap("files")
             record = _provenance(opened, content, recording, watch)
             record["planning"] = _planning_record(opened, trial)
             run_files.write_json(folder / run_files.PROVENANCE, record)
@@ -204,11 +205,10 @@ class _Watch:
         self.took_s: dict[str, float] = {}
         self._last_s = time.perf_counter()
 
-    def lap(self, part: str) -> float:
+    def lap(self, part: str) -> None:
         now_s = time.perf_counter()
         self.took_s[part] = now_s - self._last_s
         self._last_s = now_s
-        return self.took_s[part]
 
 
 def _open(arguments: argparse.Namespace) -> Opened:
@@ -329,17 +329,21 @@ def _trial(
 ) -> Trial:
     judges, work = _judges(arguments, opened, method), opened.scenario.search.work
     limit_s = getattr(arguments, "time_limit", None)
-    by_s = opened.scenario.search.by_s
-    with progress(f"planning: {method.name}") as shown, first_asks() as asked:
+    timed = opened.scenario.search.objective == "time"
+    asking = (
+        first_asks() if method.stops and hasattr(arguments, "time_limit") else nullcontext(bool)
+    )
+    with progress(f"planning: {method.name}") as shown, asking as asked:
 
         def told(value: float, done: int) -> None:
-            best = f"{value:,.0f} s" if by_s is None else f"{value:.1%} found"
+            best = f"{value:,.0f} s" if timed else f"{value:.1%} found"
             log.info("best so far %s after %d units of work", best, done)
             shown(min(done, work), work, best)
 
         limits = Limits(math.inf if limit_s is None else limit_s, asked, told)
+        recorder = Recorder(opened, arguments.jobs)
         return try_method(
-            method, opened, recording.futures, fresh.futures, judges=judges, limits=limits
+            method, recorder, recording.futures, fresh.futures, judges=judges, limits=limits
         )
 
 

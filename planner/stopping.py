@@ -84,8 +84,9 @@ def _hold_still(_number: int, _frame: object) -> None:
 def _listen(hearing: socket.socket) -> None:
     with hearing:
         while told := hearing.recv(1):
-            if told[0] == signal.SIGINT and _asks and not _asks[-1].is_set():
-                _asks[-1].set()
+            asks = _asks[-1:]
+            if told[0] == signal.SIGINT and asks and not asks[0].is_set():
+                asks[0].set()
                 _forgiven.set()
                 _say(ASKED)
             elif told[0] in SIGNALS:
@@ -93,6 +94,7 @@ def _listen(hearing: socket.socket) -> None:
 
 
 def _end(number: int) -> None:
+    _forgiven.clear()
     for undo in reversed(_undo):
         with contextlib.suppress(Exception):
             undo()

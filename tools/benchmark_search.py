@@ -12,23 +12,20 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
-from functools import lru_cache, partial
-from importlib import import_module
+from functools import lru_cache
 from itertools import groupby
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmark_engine import U0_KM, Check, engine, small_nets  # the file beside this one
 
 from planner import (
     Futures,
-    GreedyOptions,
     Opened,
-    Problem,
     Recorder,
     evaluate,
-    greedy,
     make_plan,
     method_named,
 )
@@ -37,17 +34,14 @@ from planner.arrays import Floats
 from planner.detection.evaluation import NORMAL_95
 from planner.errors import PlannerError
 from planner.files import written_whole
-from planner.mission.preparation import budget_of, problem_of
+from planner.mission.preparation import problem_of
 from planner.report.progress import progress
 from planner.report.tables import console
 
-ROOT = Path(__file__).resolve().parents[1]
-U0_KM = (0, 60, 120, 180, 300, 500, 700)
 MOST_SPREAD_S = 6.0  # standard deviation from seed to seed
 LEAST_FOUND = 0.999
 MOST_OPTIMISM = 0.005  # of the value on fresh targets over that on the plan's own particles
 GREEDY_SEEDS, TRUTH_SEED = 40, 1
-_NO_CHANCE = np.random.default_rng(0)  # what greedy draws from: nothing
 
 
 @dataclass(frozen=True)
@@ -275,21 +269,6 @@ def _difference(
     return float((ones_s - others_s).mean()), float(NORMAL_95 * np.sqrt(variance))
 
 
-@dataclass(frozen=True)
-class Check:
-    """One figure beside what it has to reach."""
-
-    what: str
-    value: float
-    at_most: float
-    unit: str = "s"
-
-    @property
-    def kept(self) -> bool:
-        """Whether it is reached."""
-        return self.value <= self.at_most
-
-
 def checks(found: Iterable[Cell]) -> Iterator[Check]:
     """Yield every figure that has to be reached by the grid's cells."""
     named = {way.name: way for way in WAYS}
@@ -303,99 +282,6 @@ def checks(found: Iterable[Cell]) -> Iterator[Check]:
         yield Check(f"{at}: fresh above planned", one.optimism, MOST_OPTIMISM, "")
         most_s = named[one.way].planning_s
         yield Check(f"{at}: planning, mean", one.took_s, most_s or np.inf)
-
-
-SMALL = {
-    "": (),
-    ", 60 km out": ("uav.start={x_m=-60000.0,y_m=0.0}",),
-    ", 100 km out, take-off at 300 s": (
-        "uav.start={x_m=-100000.0,y_m=0.0}",
-        "uav.take_off_s=300",
-    ),
-}
-
-
-def small_nets(repeats: int) -> Iterator[Check]:
-    """Yield `best` beside the proven optimum of once-per-road orders of Figure 3's roads."""
-    exact = import_module("planner.search.exact")
-    for name in ("figure3", "figure3-gone"):
-        for variant, overrides in SMALL.items():
-            opened = open_any(name, overrides=list(overrides))
-            recorder = Recorder(opened, 1)
-            particles = recorder.planning().futures
-            problem = problem_of(opened, particles)
-            roads = len(problem.network.road_ids)
-            _, optimum = exact.best_order(problem, roads)
-            took_s = []
-            for _ in range(repeats):
-                begun_s = time.thread_time()
-                exact.best_order(problem, roads)
-                took_s.append(time.thread_time() - begun_s)
-            plan = make_plan(method_named("best"), opened, recorder, particles)
-            value = evaluate(plan.tracks, particles, problem.sensor, problem.horizon_s)
-            title = f"{name}{variant}"
-            expected_s = value.expected_detection_time_s
-            yield Check(f"{title}: best against the optimum", expected_s, optimum + 1e-6)
-            most_s = 1.0 if name.endswith("gone") else 0.05
-            yield Check(f"{title}: branch and bound", float(np.median(took_s)), most_s)
-
-
-def engine(repeats: int) -> Iterator[Check]:
-    """Yield what single scorings and plans cost, warm, and how that grows."""
-    what_if = import_module("planner.search.what_if")
-    states = import_module("planner.search.state")
-    at_node = {}
-    for u0_km in U0_KM:
-        opened = _opened(READINGS[1], u0_km, 0)
-        problem = problem_of(opened, Recorder(opened, 1).planning().futures)
-        options = GreedyOptions(**opened.scenario.greedy.model_dump())
-        plan = partial(greedy, problem, budget=budget_of(opened), rng=_NO_CHANCE, options=options)
-        plan_s = _median_s(plan, repeats)
-        index_s = _median_s(partial(what_if.world_of, problem), repeats)
-        at_node[u0_km] = 1000 * _scoring_s(what_if, states, problem, repeats)
-        yield Check(f"u0 {u0_km} km: score all legs from a node", at_node[u0_km], 0.5, "ms")
-        yield Check(f"u0 {u0_km} km: plan of 16 roads", 1000 * plan_s, 3.0, "ms")
-        yield Check(f"u0 {u0_km} km: index, once per problem", 1000 * index_s, np.inf, "ms")
-    sys.path.insert(0, str(ROOT / "tests"))
-    grids: Any = import_module("grid_instance")
-    few, many, wide = (
-        grids.grid_problem(grids.grid_futures(n, np.random.default_rng(1)), size=size)
-        for n, size in ((1000, 6), (16000, 6), (1000, 6))
-    )
-    wide = wide.replace(network=import_module("instances").grid(24, 24))
-    few_s, many_s, wide_s = (
-        _scoring_s(what_if, states, problem, repeats) for problem in (few, many, wide)
-    )
-    bytes_few, bytes_many = (_bytes_of(problem.world) for problem in (few, many))
-    yield Check("16 times the particles: time per particle", many_s / few_s / 16, 1.5, "times")
-    yield Check("16 times the particles: memory each", bytes_many / bytes_few / 16, 1.1, "times")
-    legs = len(wide.legs) / len(few.legs)
-    yield Check(f"{legs:.0f} times the roads: time per leg", wide_s / few_s / legs, 1.0, "times")
-
-
-def _scoring_s(what_if: Any, states: Any, problem: Problem, repeats: int) -> float:
-    """Return the seconds of one scoring of all legs from the first node after take-off."""
-    at_start, made = states.SearchState.at_start(problem), what_if.WhatIf(problem)
-    legs = states.candidate_legs(problem, at_start)
-    flights = made.fly(at_start, legs[:1])
-    state = at_start.after(problem, int(legs[0]), flights.seen(0, len(problem.futures)))
-    return _median_s(lambda: made.score(state, legs), repeats)
-
-
-def _median_s(work: Any, repeats: int) -> float:
-    work()
-    took_s = []
-    for _ in range(max(repeats, 20)):
-        begun_s = time.perf_counter()
-        work()
-        took_s.append(time.perf_counter() - begun_s)
-    return float(np.median(took_s))
-
-
-def _bytes_of(thing: Any) -> int:
-    if isinstance(thing, np.ndarray):
-        return thing.nbytes
-    return sum(map(_bytes_of, thing)) if isinstance(thing, tuple) else 0
 
 
 def show(found: Sequence[Cell]) -> None:

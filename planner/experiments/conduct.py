@@ -78,7 +78,7 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
     judges = recorder.judging().futures if needs_judges(method, opened) else None
     futures = recorder.planning().futures
     fresh = recorder.evaluation(condition.targets).futures if condition.targets else futures
-    trial = try_method(method, opened, futures, fresh, judges=judges)
+    trial = try_method(method, recorder, futures, fresh, judges=judges)
     figures = {
         **(_fresh(trial) if condition.targets else {}),
         "planned_s": trial.planned.expected_detection_time_s,

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from planner.belief.opening import Opened
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.futures.futures import Futures
 from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
@@ -43,7 +42,7 @@ class Limits:
 
 def try_method(
     method: Method,
-    opened: Opened,
+    recorder: Recorder,
     futures: Futures,
     fresh: Futures,
     *,
@@ -57,8 +56,7 @@ def try_method(
     NotApplicableError
         If the method cannot work on this problem.
     """
-    limits, watch = limits or Limits(), _Watch()
-    recorder = Recorder(opened)
+    limits, watch, opened = limits or Limits(), _Watch(), recorder.opened
     until_s = time.monotonic() + limits.seconds
 
     def stop() -> bool:

@@ -6,7 +6,7 @@ or flies to meet a particle earlier. A change that makes the plan worse is taken
 falls as the search cools.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -163,7 +163,11 @@ class Known:
 
 def road_waypoints(problem: Problem, budget: Budget) -> Floats:
     """Return the waypoints of a beam's road plan, (W, 3): x, y, seconds of hovering."""
-    plan = beam(problem, budget=Budget(stop=budget.stop), rng=np.random.default_rng(0))
+    plan = beam(
+        problem,
+        budget=replace(budget, work=budget.work // 10, told=None),
+        rng=np.random.default_rng(0),
+    )
     return waypoints_of(problem, plan)
 
 

@@ -69,11 +69,18 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     outlook = Outlook.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
-    orders = [beam_order(engine, beam, outlook, stop=budget.stop)[0] for beam in beams]
+    orders, done = [], 0
+    for one in beams:
+        order, work = beam_order(engine, one, outlook, stop=budget.stop)
+        orders.append(order)
+        done += work
     plans = [
         plan_of_legs(problem, "beam", with_tail(problem, order, engine=engine)) for order in orders
     ]
-    return max(plans, key=lambda plan: judged(problem, plan))
+    chosen = max(plans, key=lambda plan: judged(problem, plan))
+    if budget.told:
+        budget.told(problem.objective.value(judged(problem, chosen)), done)
+    return chosen
 
 
 def near_m(problem: Problem) -> float:

@@ -6,7 +6,7 @@ Orders are made on the problem's particles and chosen between on its judges, oth
 had no part in making them. What the plan is worth is for a third, fresh set to say.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import Beam, Outlook, beam_order, judged, near_m
 from planner.search.exact import best_order
 from planner.search.lns import polished
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.plan import Plan, needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
 from planner.search.tail import with_tail
@@ -28,41 +28,46 @@ ROADS = 0.1  # share of all work that goes into orders of roads before the movem
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
-    """Return the best plan found within the budget's work; an interrupt ends the search with it.
+    """Return the best plan found within the budget's work, about; or until it says stop.
 
     Raises
     ------
-    KeyboardInterrupt
-        If there is no plan yet.
     NotApplicableError
         If the budget allows free movement, and the sensor only looks along roads.
     """
     if not budget.free:
         return _choice(problem, _road_plans(problem, budget, rng), budget)
+    needs_open_country(problem, "free movement")
     roads = replace(budget, work=int(ROADS * budget.work), free=False)
     chosen = best(problem, budget=roads, rng=rng)
-    left = replace(budget, work=budget.work - roads.work)
+    left = replace(budget, work=budget.work - roads.work, told=_after(budget, roads.work))
     start = waypoints_of(problem, chosen)
     freed = anneal_waypoints(problem, budget=left, rng=rng, start=start)
     return max(chosen, replace(freed, method="best"), key=lambda plan: judged(problem, plan))
 
 
+def _after(budget: Budget, done: int) -> Callable[[float, int], None]:
+    """Return what hears of work that comes after some that is done."""
+
+    def told(value: float, more: int) -> None:
+        if budget.told:
+            budget.told(value, done + more)
+
+    return told
+
+
 def _choice(problem: Problem, plans: Iterator[tuple[Plan, int]], budget: Budget) -> Plan:
     """Return the plan that the judges prefer of those that the budget's work buys."""
     chosen, value, done = None, -np.inf, 0
-    try:
-        for plan, work in plans:
-            done += work
-            worth = judged(problem, plan)
-            if worth > value:
-                chosen, value = plan, worth
-            if budget.told:
-                budget.told(problem.objective.value(value), done)
-            if done >= budget.work or budget.stop():
-                break
-    except KeyboardInterrupt:
-        if chosen is None:
-            raise
+    for plan, work in plans:
+        done += work
+        worth = judged(problem, plan)
+        if worth > value:
+            chosen, value = plan, worth
+        if budget.told:
+            budget.told(problem.objective.value(value), done)
+        if done >= budget.work or budget.stop():
+            break
     assert chosen is not None
     return chosen
 
@@ -86,7 +91,7 @@ def _orders(
     order: Sequence[int] = rate_order(engine)
     yield order, 0
     growth, before, spent = 1, 0, 1
-    # A wider beam that flies no more than the one before has tried all that can be tried.
+    # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
         outlook, before, spent = Outlook.of(problem, order), spent, 0
         for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):

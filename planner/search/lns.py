@@ -45,8 +45,8 @@ def polished(
         after = _states(engine, rest, states[cut])
         if _reward(engine, after[-1]) > reward:
             order, states, reward = repaired, [*states[:cut], *after], _reward(engine, after[-1])
-            if budget.told:
-                budget.told(engine.problem.objective.value(reward), done)
+        if budget.told:
+            budget.told(engine.problem.objective.value(reward), done)
     return order
 
 

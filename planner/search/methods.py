@@ -31,6 +31,7 @@ class Method:
     simulates: bool  # it plans by simulation, for which the UAV's take-off has to wait
     load: Callable[[], Planner]
     chooses: bool = False  # between plans, on particles that had no part in making them
+    stops: bool = False  # when it is told to, with the best plan so far
 
 
 def _exhaustive() -> Planner:
@@ -118,15 +119,23 @@ def _exact() -> Planner:
 
 
 METHODS = (
-    Method("best", "ever wider beams, polished, the best of all chosen", True, _best, chooses=True),
-    Method("beam", "many road orders side by side", True, _beam, chooses=True),
-    Method("lns", "rate's order, cut and repaired again and again", True, _lns),
+    Method(
+        "best",
+        "ever wider beams, polished, the best of all chosen",
+        True,
+        _best,
+        chooses=True,
+        stops=True,
+    ),
+    Method("beam", "many road orders side by side", True, _beam, chooses=True, stops=True),
+    Method("lns", "rate's order, cut and repaired again and again", True, _lns, stops=True),
     Method(
         "anneal-waypoints",
         "free movement: the beam's plan, turned, cut short and hovering where that finds sooner",
         True,
         _anneal_waypoints,
         chooses=True,
+        stops=True,
     ),
     Method("greedy", "the paper's what-if simulations, one road after the other", True, _greedy),
     Method("rate", "the leg that earns most per second of flight, then the next", True, _rate),
@@ -145,6 +154,7 @@ METHODS = (
         "OR-Tools: a tour of the roads that the target is likely to pass",
         True,
         _orienteering,
+        stops=True,
     ),
     Method("wait", "fly to where most targets end and wait there", False, _wait),
     Method("random", "random roads in random directions", False, _random),

@@ -50,7 +50,7 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
     meta = routing_enums_pb2.LocalSearchMetaheuristic
     rules.local_search_metaheuristic = meta.GUIDED_LOCAL_SEARCH
     rules.solution_limit = max(1, budget.work // WORK_PER_TOUR)
-    rules.time_limit.seconds = 600
+    routing.AddSearchMonitor(routing.solver().CustomLimit(budget.stop))
     tour = routing.SolveWithParameters(rules)
     order, at = [], routing.Start(0)
     while tour is not None and not routing.IsEnd(at):

@@ -145,7 +145,7 @@ class WhatIf:
         return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=256)
 def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
     """Return which end each node is, seen from a place, (V,), -1: it is there; and the ends."""
     from planner.search.kernels_transits import bearings_of

@@ -135,14 +135,12 @@ def test_judges_decide() -> None:
 def test_best_returns_what_it_has_when_it_is_stopped() -> None:
     problem = section4(start_km=60.0)
     heard: list[float] = []
-
-    def told(value: float, _: int) -> None:
-        heard.append(value)
-        if len(heard) == 2:
-            raise KeyboardInterrupt
-
-    plan = best(problem, budget=Budget(work=10**6, told=told), rng=stream(1, "best"))
+    budget = Budget(
+        work=10**6, told=lambda value, _: heard.append(value), stop=lambda: len(heard) == 2
+    )
+    plan = best(problem, budget=budget, rng=stream(1, "best"))
     assert len(plan.legs[0]) > 0
+    assert len(heard) == 2
     assert heard == sorted(heard, reverse=True)
     stopped = best(problem, budget=Budget(work=10**6, stop=lambda: True), rng=stream(1, "best"))
     assert len(stopped.legs[0]) > 0
