@@ -2,9 +2,12 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from planner.experiments.run import Results
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 Verdict = Literal["reproduced", "in part", "not reproduced", "beyond the paper"]
 Found = Mapping[str, Results]  # by the name of the experiment
@@ -49,6 +52,19 @@ def page(claims: Sequence[Claim]) -> str:
     )
     full = [_full(number, claim) for number, claim in enumerate(claims, 1)]
     return "\n\n".join([table, *full]) + "\n"
+
+
+def verdicts_table(claims: Sequence[Claim]) -> "Table":
+    """Return the claims and their verdicts for a terminal."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title="the paper's claims", box=box.SIMPLE_HEAD, title_justify="left")
+    for name in ("claim", "in the paper", "verdict"):
+        table.add_column(name)
+    for claim in claims:
+        table.add_row(claim.text, claim.where, claim.verdict)
+    return table
 
 
 def _full(number: int, claim: Claim) -> str:

@@ -158,7 +158,8 @@ def _thousand(rows: Sequence[Row]) -> Claim:
 
 
 def _worth(rows: Sequence[Row]) -> Claim:
-    lines, losses = [], []
+    lines: list[tuple[str, ...]] = []
+    losses: list[tuple[float, float]] = []
     for block in levels(rows, "block"):
         if block in (BASE, "no planning", "four in five turn east"):
             continue

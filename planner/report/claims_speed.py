@@ -1,6 +1,7 @@
 """Claims of Section 5 on the target's speed: Figure 9."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from planner.report.claims import Claim, Found, markdown_table
@@ -83,9 +84,7 @@ def _earlier_failure(rows: Sequence[Row]) -> Claim:
         half = [u0 for u0, one in found.items() if one and one.mean >= 0.5]
         some = [u0 for u0, one in found.items() if one and one.mean > 0.001]
         last[speed] = (max(half, default=0.0), max(some, default=0.0))
-    falling = all(
-        last[slow][0] >= last[fast][0] for slow, fast in zip(SPEEDS, SPEEDS[1:], strict=False)
-    )
+    falling = all(last[slow][0] >= last[fast][0] for slow, fast in pairwise(SPEEDS))
     return Claim(
         "In exhaustive search a higher velocity results in earlier failure (for shorter distance "
         "between the UAV and origin)",

@@ -7,7 +7,7 @@ from planner.experiments.run import Results
 from planner.files import written_whole
 from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
 from planner.report import experiment_figures as figures
-from planner.report.claims import judged, page
+from planner.report.claims import Claim, judged, page
 
 PAGE = "claims.md"
 JUDGES = (
@@ -50,12 +50,17 @@ def write_report(folder: Path, found: Mapping[str, Results], *, quick: bool) -> 
     """
     stems = drawn(folder, found)
     pictures = [f"![{CAPTIONS[stem]}]({stem}.png)\n*{CAPTIONS[stem]}.*" for stem in stems]
-    parts = [HEAD + (QUICK if quick else ""), page(judged(found, JUDGES))]
+    parts = [HEAD + (QUICK if quick else ""), page(claims_of(found))]
     if pictures:
         parts.append("\n\n".join(["## Figures", *pictures]) + "\n")
     with written_whole(folder / PAGE) as new:
         new.write_text("\n".join(parts), encoding="utf-8")
     return folder / PAGE
+
+
+def claims_of(found: Mapping[str, Results]) -> list[Claim]:
+    """Return all claims that the experiments at hand can say something of."""
+    return judged(found, JUDGES)
 
 
 def drawn(folder: Path, found: Mapping[str, Results]) -> list[str]:
@@ -71,8 +76,8 @@ def drawn(folder: Path, found: Mapping[str, Results]) -> list[str]:
     if "section4" in found:
         stems.append(figures.section4(_panels(found["section4"]), folder))
     if "particles" in found:
-        rows = tuple(claims_knowledge.with_bias(found["particles"].rows))
-        stems.append(figures.particles(rows, folder))
+        biased = claims_knowledge.with_bias(found["particles"].rows)
+        stems.append(figures.particles(biased, folder))
     return stems
 
 
