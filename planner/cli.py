@@ -331,7 +331,9 @@ def _add_experiment(commands: Any) -> None:
         module="commands_experiment",
     )
     parser.add_argument(
-        "experiment", metavar="FILE", help="an experiment file, or a shipped one (grid5x5/figure8)"
+        "experiment",
+        metavar="FILE",
+        help="an experiment file, a shipped one (figure8), or `paper` for all of the paper's",
     )
     parser.add_argument("-o", "--output", type=_path, metavar="DIR", help="folder of the results")
     parser.add_argument(

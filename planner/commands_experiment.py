@@ -3,6 +3,7 @@
 import argparse
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from planner.cli import print_json
@@ -11,7 +12,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
-from planner.experiments.run import run
+from planner.experiments.run import Results, run
 from planner.report import experiment_tables, tables
 from planner.report.progress import progress
 from planner.report.run_files import write_json
@@ -19,31 +20,91 @@ from planner.report.run_files import write_json
 MARK = "experiment.json"  # tells whose results a folder holds
 
 
+PAPER = "paper"  # the name that stands for all of these
+OF_THE_PAPER = (
+    "figure1/section3",
+    "grid5x5/guarantee",
+    "figure3/section4",
+    "grid5x5/figure8",
+    "grid5x5/figure9",
+    "grid5x5/readings",
+    "grid5x5/particles",
+    "grid5x5/beliefs",
+)
+
+
 def experiment(arguments: argparse.Namespace) -> int:
     """Run an experiment, or list its conditions."""
-    chosen = read_experiment(arguments.experiment)
-    chosen = (chosen.quick() if arguments.quick else chosen).only(arguments.only)
+    if arguments.experiment == PAPER:
+        return _paper(arguments)
+    chosen = _chosen(arguments, arguments.experiment)
     conditions = chosen.conditions()
     if arguments.dry_run:
         return _listed(arguments, conditions)
-    if arguments.output is None:
-        raise InputError("-o: is missing; name the folder of the results, or give --dry-run")
-    _claim(arguments, chosen)
-    with progress(chosen.path.stem) as told:
-        results = run(conditions, arguments.output, workers=arguments.jobs, told=told)
+    out = _output(arguments)
+    results = _run(arguments, chosen, conditions, out)
     failed = experiment_tables.failures(results.rows)
-    told_last = (
-        f"{results.run} conditions run, {len(conditions) - results.run} were finished before"
-    )
-    out = {
-        "results": str(arguments.output),
+    told = {
+        "results": str(out),
         "conditions": len(conditions),
         "run": results.run,
         "failed": sum(row["reason"] is not None for row in results.rows),
     }
     table = _table(results.rows, conditions[0], chosen.title)
-    _tell(arguments, out, [table, *failed, told_last, f"written to {arguments.output}"])
+    _tell(arguments, told, [table, *failed, _told_last(results, conditions), f"written to {out}"])
     return 0
+
+
+def _paper(arguments: argparse.Namespace) -> int:
+    """Run all experiments of the paper and write one report."""
+    from planner.report.claims import verdicts_table
+    from planner.report.paper_report import claims_of, write_report
+
+    chosen = {name: _chosen(arguments, name) for name in OF_THE_PAPER}
+    conditions = {name: one.conditions() for name, one in chosen.items()}
+    if arguments.dry_run:
+        return _listed(arguments, [c for many in conditions.values() for c in many])
+    out = _output(arguments)
+    found = {}
+    for name, one in chosen.items():
+        stem = one.path.stem
+        found[stem] = _run(arguments, one, conditions[name], out / stem)
+    page = write_report(out, found, quick=arguments.quick)
+    claims = claims_of(found)
+    failed = [line for one in found.values() for line in experiment_tables.failures(one.rows)]
+    told = {
+        "report": str(page),
+        "conditions": sum(map(len, conditions.values())),
+        "run": sum(results.run for results in found.values()),
+        "failed": sum(row["reason"] is not None for r in found.values() for row in r.rows),
+        "claims": {claim.text: claim.verdict for claim in claims},
+    }
+    _tell(arguments, told, [verdicts_table(claims), *failed, f"written to {page}"])
+    return 0
+
+
+def _chosen(arguments: argparse.Namespace, name: str) -> Experiment:
+    chosen = read_experiment(name)
+    return (chosen.quick() if arguments.quick else chosen).only(arguments.only)
+
+
+def _output(arguments: argparse.Namespace) -> Path:
+    if arguments.output is None:
+        raise InputError("-o: is missing; name the folder of the results, or give --dry-run")
+    out: Path = arguments.output
+    return out
+
+
+def _run(
+    arguments: argparse.Namespace, chosen: Experiment, conditions: Sequence[Condition], out: Path
+) -> Results:
+    _claim(out, chosen)
+    with progress(chosen.path.stem) as told:
+        return run(conditions, out, workers=arguments.jobs, told=told)
+
+
+def _told_last(results: Results, conditions: Sequence[Condition]) -> str:
+    return f"{results.run} conditions run, {len(conditions) - results.run} were finished before"
 
 
 def _table(rows: Sequence[Any], first: Condition, title: str) -> Any:
@@ -65,7 +126,7 @@ def _listed(arguments: argparse.Namespace, conditions: Sequence[Condition]) -> i
     return 0
 
 
-def _claim(arguments: argparse.Namespace, chosen: Experiment) -> None:
+def _claim(out: Path, chosen: Experiment) -> None:
     """Refuse a folder that holds the results of another experiment; mark it as this one's.
 
     Raises
@@ -74,7 +135,7 @@ def _claim(arguments: argparse.Namespace, chosen: Experiment) -> None:
         If it is another one's, or cannot be written.
     """
     mine = {"experiment": chosen.path.stem, "title": chosen.title}
-    path = arguments.output / MARK
+    path = out / MARK
     if not path.exists():
         write_json(path, mine)
         return
@@ -83,7 +144,7 @@ def _claim(arguments: argparse.Namespace, chosen: Experiment) -> None:
     except ValueError:
         found = None
     if found != mine:
-        raise OutputError(f"{arguments.output}: holds another experiment; choose another folder")
+        raise OutputError(f"{out}: holds another experiment; choose another folder")
 
 
 def _tell(arguments: argparse.Namespace, told: dict[str, Any], shown: Sequence[Any]) -> None:

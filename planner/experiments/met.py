@@ -101,6 +101,7 @@ def _figures(
         "expected_detection_time_s": float(weight @ time_s) + absent * horizon_s,
         "detection_probability": min(1.0, float(weight @ found)),
         "found_before_goal_probability": min(1.0, float(weight @ before)),
+        "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
     }
     if target_set.by_route:
         figures["routes"] = _by_route(met.route, weight, time_s)

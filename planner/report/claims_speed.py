@@ -1,0 +1,135 @@
+"""Claims of Section 5 on the target's speed: Figure 9."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from planner.report.claims import Claim, Found, markdown_table
+from planner.report.claims_distance import EXHAUSTIVE, GREEDY, HORIZON_S
+from planner.report.estimates import (
+    FOUND,
+    U0,
+    Estimate,
+    Row,
+    chosen,
+    difference,
+    estimate,
+    levels,
+)
+from planner.report.experiment_figures import ALL, PATHS, SPEEDS
+
+READING = (
+    "preset `paper`, targets at 15, 20 and 25 m/s, over all 252 paths and on EESSSEESSE; paired "
+    "by seed"
+)
+
+
+def claims(found: Found) -> Iterator[Claim]:
+    """Yield what Figure 9 says of the paper's claims."""
+    if "figure9" not in found:
+        return
+    rows = found["figure9"].rows
+    yield _grows_with_speed(rows)
+    yield _earlier_failure(rows)
+    yield _stays_under(rows)
+    yield _arrives(found)
+
+
+def _slower(rows: Sequence[Row], who: Mapping[str, Any], path: str, u0: float) -> Estimate | None:
+    """Return by how much longer the fastest targets take to be found than the slowest."""
+    fast, slow = (
+        chosen(rows, {**who, U0: u0, "targets": f"{path}, {speed} m/s"})
+        for speed in (SPEEDS[-1], SPEEDS[0])
+    )
+    return difference(fast, slow)
+
+
+def _grows_with_speed(rows: Sequence[Row]) -> Claim:
+    lines, signs = [], {"greedy": [0, 0], "exhaustive": [0, 0]}
+    for u0 in sorted(levels(rows, U0)):
+        cells = [f"{u0 / 1000:.0f} km"]
+        for name, who in (("greedy", GREEDY), ("exhaustive", EXHAUSTIVE)):
+            for path in (ALL, PATHS[3]):
+                one = _slower(rows, who, path, u0)
+                cells.append(one.change if one else "-")
+                if one and path == ALL:
+                    signs[name][0] += one.low > 0
+                    signs[name][1] += one.high < 0
+        lines.append(cells)
+    told = "; ".join(
+        f"{name}: longer at {up} distances, shorter at {down}, of {len(lines)}"
+        for name, (up, down) in signs.items()
+    )
+    falls = sum(down for _, down in signs.values())
+    return Claim(
+        "In both search methods, by increasing the velocity of the target, the detection time "
+        "increases",
+        "Section 5",
+        READING,
+        "in part" if falls else "reproduced",
+        f"From 15 to 25 m/s the mean detection time over all paths gets, {told}. Where neither, "
+        "no target of either speed is found in time, or chance explains it.",
+        markdown_table(
+            ["u0", "greedy, all paths", "greedy, one path", "exhaustive, all", "exhaustive, one"],
+            lines,
+        ),
+    )
+
+
+def _earlier_failure(rows: Sequence[Row]) -> Claim:
+    last = {}
+    for speed in SPEEDS:
+        where = {**EXHAUSTIVE, "targets": f"{ALL}, {speed} m/s"}
+        found = {u0: estimate(rows, {**where, U0: u0}, FOUND) for u0 in levels(rows, U0)}
+        half = [u0 for u0, one in found.items() if one and one.mean >= 0.5]
+        some = [u0 for u0, one in found.items() if one and one.mean > 0.001]
+        last[speed] = (max(half, default=0.0), max(some, default=0.0))
+    falling = all(last[slow][0] >= last[fast][0] for slow, fast in pairwise(SPEEDS))
+    return Claim(
+        "In exhaustive search a higher velocity results in earlier failure (for shorter distance "
+        "between the UAV and origin)",
+        "Section 5",
+        READING,
+        "reproduced" if falling and last[15][0] > last[25][0] else "in part",
+        "The shortest exhaustive search finds at least half, and any, of the targets up to: "
+        + "; ".join(
+            f"{speed} m/s: {half / 1000:.0f} km, {some / 1000:.0f} km"
+            for speed, (half, some) in last.items()
+        )
+        + ".",
+    )
+
+
+def _stays_under(rows: Sequence[Row]) -> Claim:
+    means = [
+        (one, path, speed, u0)
+        for path in (ALL, PATHS[3])
+        for speed in SPEEDS
+        for u0 in levels(rows, U0)
+        for one in [estimate(rows, {**GREEDY, U0: u0, "targets": f"{path}, {speed} m/s"})]
+        if one
+    ]
+    worst, path, speed, u0 = max(means, key=lambda item: item[0].mean)
+    return Claim(
+        "In simulation-aided search the detection time stays considerably under 10,000 s for all "
+        "three velocities",
+        "Section 5",
+        READING,
+        "reproduced" if worst.high < 0.99 * HORIZON_S else "not reproduced",
+        f"The largest mean is {worst.seconds}: {path}, {speed} m/s, {u0 / 1000:.0f} km.",
+    )
+
+
+def _arrives(found: Found) -> Claim:
+    results = found["figure9"]
+    first = chosen(results.rows, {"targets": f"{ALL}, 15 m/s"})[0]["id"]
+    sets = results.figures[first]["sets"]
+    fast, slow = (sets[f"{ALL}, {speed} m/s"]["goal_s"] for speed in (SPEEDS[-1], SPEEDS[0]))
+    same = abs(fast[0] - 6000) < 1 and abs(slow[1] - 10_000) < 1
+    return Claim(
+        "The target reaches its goal after a time between 6,000 and 10,000 seconds",
+        "Section 5",
+        "as SUMO drives it, from the origin, at 25 and at 15 m/s, on all 252 paths",
+        "reproduced" if same else "not reproduced",
+        f"Between {fast[0]:,.1f} and {slow[1]:,.1f} s.",
+    )

@@ -1,0 +1,87 @@
+"""One report on all experiments of the paper: a page of claims, with figures."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from planner.experiments.run import Results
+from planner.files import written_whole
+from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
+from planner.report import experiment_figures as figures
+from planner.report.claims import Claim, judged, page
+
+PAGE = "claims.md"
+JUDGES = (
+    claims_distance.claims,
+    claims_speed.claims,
+    claims_orders.claims,
+    claims_knowledge.claims,
+)
+HEAD = """\
+# The claims of the paper, tested
+
+Kamrani and Ayani, *Simulation-aided path planning of UAV*, 2007: its claims, the reading under
+which each was tested, and what came of it. `planner experiment paper` made this page and all
+numbers in it. Intervals are 95 %, Student's, over seeds; differences are paired, as all methods
+meet the same futures and the same targets. Where no interval stands, nothing in the number is left
+to chance.
+"""
+QUICK = """
+**This is a quick run: few levels, seeds and particles. It shows that all works, and no more.**
+"""
+CAPTIONS = {
+    "figure8": "Average detection time on four paths, speeds from 15 to 25 m/s (Figure 8)",
+    "figure8-20mps": "The same at 20 m/s",
+    "figure8-all": "The same over all 252 paths by their probability",
+    "figure9": "Detection time for three speeds of the target (Figure 9)",
+    "section4": "E[min(tau, 3,600 s)] of all 645,120 orders of Figure 3 (Section 4.1)",
+    "particles": "What plans are worth against the particles they were made on, u0 = 120 km",
+}
+
+
+def write_report(folder: Path, found: Mapping[str, Results], *, quick: bool) -> Path:
+    """Write the page of claims and its figures, and return the page's path.
+
+    Parameters
+    ----------
+    found
+        The experiments' results by name; those that are missing are left out.
+    quick
+        Whether they are too small to say anything, which the page then says.
+    """
+    stems = drawn(folder, found)
+    pictures = [f"![{CAPTIONS[stem]}]({stem}.png)\n*{CAPTIONS[stem]}.*" for stem in stems]
+    parts = [HEAD + (QUICK if quick else ""), page(claims_of(found))]
+    if pictures:
+        parts.append("\n\n".join(["## Figures", *pictures]) + "\n")
+    with written_whole(folder / PAGE) as new:
+        new.write_text("\n".join(parts), encoding="utf-8")
+    return folder / PAGE
+
+
+def claims_of(found: Mapping[str, Results]) -> list[Claim]:
+    """Return all claims that the experiments at hand can say something of."""
+    return judged(found, JUDGES)
+
+
+def drawn(folder: Path, found: Mapping[str, Results]) -> list[str]:
+    """Draw what there is to draw of the experiments at hand, and return the files' stems."""
+    stems: list[str] = []
+    if "figure8" in found:
+        rows = found["figure8"].rows
+        stems.append(figures.figure8(rows, folder))
+        stems.append(figures.figure8(rows, folder, speed=", 20 m/s"))
+        stems.append(figures.figure8_all(rows, folder))
+    if "figure9" in found:
+        stems.append(figures.figure9(found["figure9"].rows, folder))
+    if "section4" in found:
+        stems.append(figures.section4(_panels(found["section4"]), folder))
+    if "particles" in found:
+        biased = claims_knowledge.with_bias(found["particles"].rows)
+        stems.append(figures.particles(biased, folder))
+    return stems
+
+
+def _panels(results: Results) -> list[tuple[dict[str, object], Mapping[str, object]]]:
+    firsts = {row["id"]: row for row in results.rows}
+    studied = [(dict(row), results.figures[one]) for one, row in firsts.items()]
+    return [(row, found) for row, found in studied if "counts" in found]
