@@ -14,8 +14,6 @@ from planner.mission.preparation import Recorder, problem_of
 from planner.search.certificate import Certificate, Effort, certified, lower_limit
 from planner.search.problem import Problem
 
-FIRST_SET = 1_000_000  # numbers of other sets, far from those that greedy draws anew
-
 Told = Callable[[int, float, float, float], None]  # step, value, bound, gap
 
 
@@ -56,7 +54,7 @@ def bounds_of_sets(
     for number in range(sets):
         if limits.asked():
             break
-        futures = recorder.planning(FIRST_SET + number).futures
+        futures = recorder.bounding(number).futures
         problem = problem_of_run(recorder.opened, stored, futures)
         bounds.append(certify(problem, stored, limits).bound)
         told(number + 1)

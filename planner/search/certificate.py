@@ -13,7 +13,8 @@ from planner.search.plan import Plan
 from planner.search.prices import lowest
 from planner.search.problem import Problem
 
-FLOOR, START = 0.5, 0.9  # prices as shares of what the plan earns: none is lower; the first ones
+FLOOR = 0.5  # of what the plan earns with a particle: no price is lower
+STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS = 600
 
 
@@ -79,7 +80,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         return gap <= effort.gap or effort.stop()
 
     table = table_of(problem, grain, FLOOR * earned)
-    least, price = lowest(table, START * earned, reward, steps=effort.steps, stop=stop)
+    start = min(STARTS, key=lambda share: table.bound(share * earned)[0])
+    least, price = lowest(table, start * earned, reward, steps=effort.steps, stop=stop)
     return Certificate(value, _figure(problem, least), "roads", grain, price)
 
 

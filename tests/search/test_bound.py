@@ -5,6 +5,7 @@ import pytest
 
 from grid_instance import grid_futures, grid_problem
 from planner.detection.first_detection import first_detection
+from planner.errors import NotApplicableError
 from planner.search.bound import Grain, Table, table_of
 from planner.search.hops import hops_of
 from planner.search.plan import plan_of_legs
@@ -90,3 +91,12 @@ def test_hops_of_the_grid() -> None:
     assert np.all(np.gcd(steps[:, 0], steps[:, 1]) == 1)
     assert np.all(steps > 0)
     assert len(np.unique(hops.from_node * 36 + hops.to_node)) == len(hops)
+
+
+def test_bins_must_fit() -> None:
+    """A hop that ends in the bin it began in would be worth nothing to a programme over time."""
+    problem = grid_problem(grid_futures(3, np.random.default_rng(1)))
+    with pytest.raises(NotApplicableError, match="shortest flight"):
+        table_of(problem, Grain(200.0), np.zeros(3))
+    with pytest.raises(NotApplicableError, match="smaller net"):
+        table_of(problem, Grain(0.5), np.zeros(3))
