@@ -102,14 +102,13 @@ WAYS = (ROADS, LONGER, FREE, *READINGS, *OTHERS)
 
 # Why a figure is missed, and what was tried; printed with the figures.
 NOTES = {
-    "best, 10 s": "At 0 and 60 km the interval of the value holds the figure to reach. Beams four "
-    "times as wide, 8,192 particles and thirty seconds end with the same plans within a second.",
-    "best, 0.5 s": "At 300 km plans fall into two groups some 40 s apart; which one is found in half "
-    "a second depends on the seed (10 s: spread 2 s). At 0 km 2,048 particles are too few to "
-    "tell the value to half a percent (4,096: +0.3 %); more would not fit into the time.",
-    "best --free, 30 s": "At 180 km the annealing stays near the road plan that it starts from, "
-    "with 3,000 or with 60,000 moves. Spread and optimism are those of 8,192 particles; twice as "
-    "many halve the moves that fit into the time.",
+    "best, 10 s": "At 0 and 60 km the interval of the value holds the figure to reach. At 60 km "
+    "twice the work, and half as many particles, gave values within a second of each other.",
+    "best, 0.5 s": "At 300 km plans fall into two groups some 40 s apart; which one is found in "
+    "half a second depends on the seed (in 10 s the better one always is). At 0 km 2,048 particles "
+    "are too few to tell the value to half a percent; with 4,096 it is met.",
+    "best --free, 30 s": "Spread and optimism are those of 8,192 particles. At 180 km more work "
+    "and more particles have not been tried yet.",
 }
 
 
