@@ -129,6 +129,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_where(commands)
     _add_plan(commands)
     _add_fly(commands)
+    _add_certify(commands)
     _add_compare(commands)
     _add_experiment(commands)
     _add_doctor(commands)
@@ -308,6 +309,37 @@ def _add_fly(commands: Any) -> None:
     parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
 
 
+def _add_certify(commands: Any) -> None:
+    parser = _command(
+        commands,
+        "certify",
+        "bound how much better than a run's plan any plan can be",
+        "Adds a certificate to plan.json and writes prices.parquet, knots.parquet and net.json,\n"
+        "with which tools/verify.py checks it. Ctrl-C ends the search with the bound so far.",
+    )
+    parser.add_argument(
+        "directory", type=_path, metavar="DIR", help="folder of a run that `plan` wrote"
+    )
+    parser.add_argument(
+        "--gap", type=_share, default=0.0, metavar="G", help="stop at this gap, such as 0.1"
+    )
+    parser.add_argument(
+        "--time-limit", type=_seconds, metavar="S", help="stop after so many seconds for each set"
+    )
+    parser.add_argument(
+        "--work", type=_count, default=600, metavar="N", help="price steps (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--sets",
+        type=_count,
+        metavar="K",
+        help="bound so many other sets of particles as well, 10 or more, for a statement about "
+        "the true optimum",
+    )
+    parser.add_argument("-j", "--jobs", type=_count, metavar="N", help="processes that run SUMO")
+    parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
+
+
 def _add_compare(commands: Any) -> None:
     parser = _command(
         commands,
@@ -374,6 +406,16 @@ def _seconds(text: str) -> float:
         return seconds(text)
     except PlannerError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _share(text: str) -> float:
+    try:
+        share = float(text)
+    except ValueError:
+        share = -1.0
+    if not 0.0 <= share < float("inf"):
+        raise argparse.ArgumentTypeError(f"should be a share from 0 on, such as 0.1, not {text!r}")
+    return share
 
 
 def _count(text: str) -> int:

@@ -20,13 +20,15 @@ from planner.files import results_written_whole, written_whole
 from planner.futures.futures import Futures
 from planner.futures.store import KNOTS, PARTICLES, Recording, read_recording
 from planner.mission.fly import fly as fly_plan
-from planner.mission.plan_file import plan_content
+from planner.mission.plan_file import StoredPlan, plan_content
 from planner.mission.preparation import Recorder, problem_of
 from planner.mission.trial import Limits, Trial, try_method
 from planner.provenance import provenance
 from planner.report import run_files, tables
 from planner.report.progress import progress
+from planner.search.certificate import Certificate
 from planner.search.methods import METHODS, Method, method_named
+from planner.search.problem import Problem
 from planner.stopping import first_asks
 
 log = logging.getLogger(__name__)
@@ -164,6 +166,61 @@ def fly(arguments: argparse.Namespace) -> int:
         told["found"] = bool(record.evaluation.found[0])
     _tell(arguments, told, shown)
     return 0
+
+
+def certify(arguments: argparse.Namespace) -> int:
+    """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
+    from planner.mission import certificate_file as files
+    from planner.mission.certify import problem_of_run
+
+    arguments.output = arguments.directory
+    opened, stored = run_files.open_run(arguments.directory)
+    if arguments.sets is not None and arguments.sets < 2:
+        raise InputError(f"--sets {arguments.sets}: tells nothing of chance; give 10 or more")
+    with ExitStack() as stack:
+        folder = _output(stack, arguments, (files.PRICES, files.KNOTS, files.NET))
+        assert folder is not None
+        recording = _recording(arguments, opened, "recording futures", Recorder.planning)
+        run_files.same_futures(arguments.directory, recording)
+        problem = problem_of_run(opened, stored, recording.futures)
+        certificate, limit = _certificate(arguments, opened, stored, problem)
+        told = files.certificate_content(problem, certificate)
+        if limit is not None:
+            told |= {"true_optimum_limit": limit, "sets": arguments.sets}
+        plan_file = arguments.directory / run_files.PLAN
+        files.write_certificate(folder, problem, certificate, plan_file, told)
+    shown = [tables.certificate_line(certificate, problem.by_s)]
+    if limit is not None:
+        shown.append(tables.limit_line(limit, arguments.sets, problem.by_s))
+    _tell(arguments, told, [*shown, f"written to {arguments.directory}"])
+    return 0
+
+
+def _certificate(
+    arguments: argparse.Namespace, opened: Opened, stored: StoredPlan, problem: Problem
+) -> tuple[Certificate, float | None]:
+    """Return the certificate, and the limit of the true optimum if other sets are asked for."""
+    from planner.mission import certify as mission
+
+    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
+    with first_asks() as asked:
+        limits = mission.Limits(arguments.gap, arguments.work, seconds, asked)
+        with progress("certifying") as shown:
+
+            def told(step: int, value: float, bound: float, gap: float) -> None:
+                note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+                shown(step, arguments.work, note)
+
+            certificate = mission.certify(problem, stored, limits, told)
+        if arguments.sets is None:
+            return certificate, None
+        with progress("other sets") as shown:
+            recorder = Recorder(opened, arguments.jobs)
+            bounds = mission.bounds_of_sets(
+                recorder, stored, limits, arguments.sets, lambda n: shown(n, arguments.sets)
+            )
+    enough = len(bounds) == arguments.sets and len(bounds) > 1
+    return certificate, mission.limit_of(bounds, problem.by_s) if enough else None
 
 
 def compare(arguments: argparse.Namespace) -> int:

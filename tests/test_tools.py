@@ -45,10 +45,10 @@ def test_benchmark_measures_one_section(tmp_path: Path) -> None:
     assert "planner --help" in done.stdout
 
 
-def test_paper_table_through_verify(tmp_path: Path) -> None:
+def test_paper_table(tmp_path: Path) -> None:
     small = ("--seeds", "1", "--particles", "50", "--targets", "50", "--u0-km", "700")
     methods = ("--only", "wait", "--only", "exhaustive")
-    done = run("verify.py", "--paper-table", *small, *methods, "--json", str(tmp_path / "rows"))
+    done = run("paper_table.py", *small, *methods, "--json", str(tmp_path / "rows"))
     assert done.returncode == 0, done.stderr
     rows = {one["method"]: one for one in json.loads((tmp_path / "rows").read_text())}
     assert rows["exhaustive"]["mean_s"] == pytest.approx(10000)
@@ -57,9 +57,12 @@ def test_paper_table_through_verify(tmp_path: Path) -> None:
     assert rows["wait"]["found"] == pytest.approx(1)
 
 
-def test_verify_passes_failure_on() -> None:
-    assert run("verify.py", "--paper-table", "--seeds", "0").returncode == 2
+def test_faulty_arguments_are_refused(tmp_path: Path) -> None:
+    assert run("paper_table.py", "--seeds", "0").returncode == 2
     assert run("verify.py").returncode == 2
+    done = run("verify.py", str(tmp_path))
+    assert done.returncode == 2
+    assert "planner certify" in done.stderr
 
 
 def test_verify_loads_nothing_of_the_planner() -> None:

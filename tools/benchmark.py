@@ -356,6 +356,11 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         help="measure this section alone; may be given several times",
     )
     parser.add_argument(
+        "--certificate",
+        action="store_true",
+        help="how near plans are to their bound; all else goes to benchmark_certificate.py",
+    )
+    parser.add_argument(
         "--repeats", type=int, default=5, metavar="N", help="repetitions of each (default 5)"
     )
     parser.add_argument(
@@ -370,6 +375,10 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure and tell."""
     argv = sys.argv[1:] if argv is None else argv
+    if "--certificate" in argv:
+        command = [sys.executable, str(Path(__file__).with_name("benchmark_certificate.py"))]
+        rest = [word for word in argv if word != "--certificate"]
+        sys.exit(subprocess.run([*command, *rest], check=False).returncode)
     for name in PROGRAMS:
         if argv[:1] == [f"--{name}"]:
             import_module(f"benchmark_{name}").main(argv[1:])

@@ -39,6 +39,11 @@ class Recorder:
         name = ("particles",) if step is None else ("particles", step)
         return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
 
+    def bounding(self, number: int) -> Recording:
+        """Return one of many sets of as many particles, independent draws whatever the scenario."""
+        many = self.opened.scenario.search.particles
+        return self._drawn(self.opened.prior, many, ("bounding", number))
+
     def judging(self) -> Recording:
         """Return the particles on which methods choose between plans."""
         search = self.opened.scenario.search

@@ -72,6 +72,23 @@ def open_run(folder: Path) -> tuple[Opened, StoredPlan]:
     return opened, read_plan(folder / PLAN, opened.network)
 
 
+def same_futures(folder: Path, recording: Recording) -> None:
+    """Do nothing if a run was planned on the futures given.
+
+    Raises
+    ------
+    InputError
+        If it was planned on others.
+    """
+    record = folder / PROVENANCE
+    planned_on = json.loads(record.read_text(encoding="utf-8"))["sha256"].get("futures")
+    if planned_on != sha256_of_file(recording.path):
+        raise InputError(
+            f"{record}: the plan was made on other futures than the scenario gives now (given with "
+            "--futures, or by another version); plan again without --futures"
+        )
+
+
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write plain data as a JSON file."""
     with written_whole(path) as new:

@@ -12,6 +12,7 @@ from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
 from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.units import clock
+from planner.search.certificate import Certificate
 from planner.search.plan import Plan
 
 if TYPE_CHECKING:
@@ -257,3 +258,24 @@ def _shares(interval: tuple[float, float]) -> str:
 
 def _share(probability: float) -> str:
     return f"{probability * 100:.1f} %"
+
+
+def certificate_line(certificate: Certificate, by_s: float | None) -> str:
+    """Return what a certificate says, in words."""
+    gap = f"gap {certificate.gap:.1%}"
+    kind = "road plan" if certificate.plan_class == "roads" else "flight"
+    if by_s is None:
+        return (
+            f"expected detection {certificate.value:,.0f} s; no {kind} is below "
+            f"{certificate.bound:,.0f} s on these particles: {gap}"
+        )
+    return (
+        f"found by the deadline {certificate.value:.1%}; no {kind} is above "
+        f"{certificate.bound:.1%} on these particles: {gap}"
+    )
+
+
+def limit_line(limit: float, sets: int, by_s: float | None) -> str:
+    """Return what the bounds of independent sets say of the true optimum, in words."""
+    beyond = f"below {limit:,.0f} s" if by_s is None else f"above {limit:.1%}"
+    return f"with 95 % confidence no plan of this class is truly {beyond} ({sets} sets)"

@@ -114,7 +114,7 @@ def test_rows_are_what_each_method_gives_alone(whole: Path, conditions: list[Con
         opened = open_scenario("figure3", overrides=settings)
         recorder = Recorder(opened, 1)
         planning, fresh = recorder.planning().futures, recorder.evaluation(100).futures
-        trial = try_method(method, opened, planning, fresh)
+        trial = try_method(method, recorder, planning, fresh)
         seen = trial.evaluated
         assert float(row["expected_detection_time_s"]) == seen.expected_detection_time_s
         assert (float(row["ci95_low_s"]), float(row["ci95_high_s"])) == seen.ci95_s

@@ -1,0 +1,67 @@
+"""The files of a certificate: all that somebody needs to check it without this program."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.files import written_whole
+from planner.parquet import write_table
+from planner.search.certificate import Certificate
+from planner.search.problem import Problem
+
+PRICES, KNOTS, NET = "prices.parquet", "knots.parquet", "net.json"
+
+
+def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
+    """Return what ``plan.json`` says of a certificate, as plain data."""
+    uav, by_s = problem.uavs[0], problem.by_s
+    bound = {"lower_bound_s" if by_s is None else "upper_bound_probability": certificate.bound}
+    return {
+        **bound,
+        "gap": certificate.gap if np.isfinite(certificate.gap) else None,
+        "particles": len(problem.futures),
+        "plan_class": certificate.plan_class,
+        "transit": problem.sensor.detects_in_transit,
+        "bin_s": certificate.grain.bin_s,
+        "memory": certificate.grain.memory,
+        "speed_mps": uav.speed_mps,
+        "landing_s": uav.landing_s if np.isfinite(uav.landing_s) else None,
+    }
+
+
+def write_certificate(
+    folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
+) -> None:
+    """Write prices, the particles' motion and the net, and the plan with what it is told."""
+    futures = problem.futures
+    count = np.arange(len(futures), dtype=np.int32)
+    columns = {"particle": count, "weight": futures.weight, "price": certificate.price}
+    write_table(folder / PRICES, columns | {"gone": futures.gone.tolist()}, {"unit": "reward"})
+    knots = {
+        "particle": np.repeat(count, np.diff(futures.first_knot)),
+        "time_s": futures.time_s,
+        "x_m": futures.x_m,
+        "y_m": futures.y_m,
+    }
+    write_table(folder / KNOTS, knots, {})
+    _write(folder / NET, net_content(problem))
+    plan = json.loads(plan_file.read_text(encoding="utf-8"))
+    _write(folder / plan_file.name, plan | {"certificate": told})
+
+
+def net_content(problem: Problem) -> dict[str, Any]:
+    """Return the net's nodes and roads as plain data, metres."""
+    net = problem.network
+    return {
+        "node_xy_m": net.node_xy_m.tolist(),
+        "road_from": net.road_from.tolist(),
+        "road_to": net.road_to.tolist(),
+        "shape_m": [net.shape(road).tolist() for road in range(len(net.road_ids))],
+    }
+
+
+def _write(path: Path, content: dict[str, Any]) -> None:
+    with written_whole(path) as new:
+        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")

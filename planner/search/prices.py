@@ -1,0 +1,59 @@
+"""Better and better prices: a bound that may be stopped at any time."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.search.bound import Table
+
+PATIENCE = 8  # steps without a lower bound, after which they grow shorter
+SHORTER, INERTIA = 0.7, 0.7
+AIM = 0.3  # of the gap left: where a step hopes to get to
+SHORTEST = 1e-3
+
+
+def lowest(
+    table: Table,
+    prices: Floats,
+    value: float,
+    *,
+    steps: int,
+    stop: Callable[[float], bool],
+) -> tuple[float, Floats]:
+    """Return the lowest bound found on the expected reward, and the prices that prove it.
+
+    Deflected subgradient steps of Polyak's length.
+
+    Parameters
+    ----------
+    prices
+        To start from, (N,) in units of reward.
+    value
+        The reward of some plan, which no bound can be below.
+    steps
+        At most so many.
+    stop
+        Hears the bound after each step; once it says so, the search ends.
+    """
+    at = np.maximum(prices, table.floor)
+    least, kept = np.inf, at
+    way, length, waited = np.zeros(len(at)), 1.0, 0
+    for _ in range(steps):
+        bound, counts = table.bound(at)
+        waited = 0 if bound < least - 1e-4 * (least - value) or least == np.inf else waited + 1
+        if bound < least:
+            least, kept = bound, at
+        if stop(least) or length < SHORTEST:
+            break
+        slope = 1.0 - counts
+        if waited >= PATIENCE:
+            length, waited, at = length * SHORTER, 0, kept
+            way = np.zeros(len(at))
+        way = slope + INERTIA * way if way @ (slope * table.weight) >= 0.0 else slope
+        steepness = float((way * table.weight) @ way)
+        if steepness == 0.0:
+            break
+        hoped = bound - value - AIM * (least - value)
+        at = np.maximum(table.floor, at - length * hoped / steepness * way)
+    return least, kept

@@ -1,0 +1,162 @@
+"""Certificates hold, are checked by a program that shares no code, and cannot be tampered with."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow
+import pyarrow.parquet
+import pytest
+
+from grid_instance import grid_futures, grid_problem
+from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.first_detection import first_detection
+from planner.detection.track import Track
+from planner.mission.certificate_file import (
+    KNOTS,
+    NET,
+    PRICES,
+    certificate_content,
+    write_certificate,
+)
+from planner.mission.plan_file import plan_content, write_plan
+from planner.search.certificate import Effort, certified, earliest, lower_limit
+from planner.search.plan import Plan, plan_of_legs, plan_of_wait
+from planner.search.problem import Problem
+from planner.search.rate import rate_order
+from planner.search.what_if import WhatIf
+from search_instances import random_problem
+
+VERIFY = Path(__file__).parents[2] / "tools" / "verify.py"
+
+
+def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 60) -> None:
+    """What `planner plan` and `planner certify` write, but for what verify.py does not read."""
+    planned: Evaluation = evaluate(
+        plan.tracks, problem.futures, problem.sensor, problem.horizon_s, by_s=problem.by_s
+    )
+    path = folder / "plan.json"
+    figures = {"planned": planned, "evaluated": planned, "seed": 1}
+    write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
+    certificate = certified(problem, plan, Effort(steps=steps))
+    content = certificate_content(problem, certificate)
+    write_certificate(folder, problem, certificate, path, content)
+
+
+def verify(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(VERIFY), str(folder)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def small_problem(**changes: object) -> Problem:
+    problem = grid_problem(grid_futures(40, np.random.default_rng(3), size=3), size=3)
+    return problem.replace(horizon_s=3000.0, **changes)
+
+
+def rate_plan(problem: Problem) -> Plan:
+    return plan_of_legs(problem, "rate", rate_order(WhatIf(problem)))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 6, 9])
+def test_another_program_finds_the_same(seed: int, tmp_path: Path) -> None:
+    problem = random_problem(seed)
+    problem = problem if seed % 2 else problem.replace(by_s=900.0)
+    write_certified(tmp_path, problem, rate_plan(problem))
+    done = verify(tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = json.loads((tmp_path / "plan.json").read_text())["certificate"]
+    assert told["plan_class"] == "roads"
+    assert told["particles"] == len(problem.futures)
+
+
+def test_flights_get_the_bound_of_physics(tmp_path: Path) -> None:
+    problem = small_problem()
+    write_certified(tmp_path, problem, plan_of_wait(problem, "wait", 30_000.0, -30_000.0))
+    told = json.loads((tmp_path / "plan.json").read_text())["certificate"]
+    assert told["plan_class"] == "free"
+    assert verify(tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
+    """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
+    problem = random_problem(seed)
+    uav, radius_m = problem.uavs[0], problem.sensor.radius_m
+    met_s = earliest(problem)
+    assert np.all(met_s >= uav.take_off_s)
+    for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
+        x, y = problem.futures.xy(k, met_s[k])
+        reach_m = radius_m + uav.speed_mps * (met_s[k] - uav.take_off_s)
+        assert np.hypot(x - uav.x_m, y - uav.y_m) <= reach_m + 1e-6
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        places = np.vstack([[(uav.x_m, uav.y_m)], rng.uniform(-8000, 12000, (6, 2))])
+        lasts_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
+        time_s = uav.take_off_s + np.concatenate(([0.0], np.cumsum(lasts_s)))
+        track = Track(time_s, places[:, 0], places[:, 1], np.array([[time_s[0], time_s[-1]]]))
+        assert np.all(first_detection(problem.futures, track, radius_m) >= met_s - 1e-6)
+
+
+def change_parquet(path: Path, column: str, add: float) -> None:
+    table = pyarrow.parquet.read_table(path)
+    values = np.array(table[column].to_pylist())
+    values[len(values) // 2] += add
+    table = table.set_column(table.column_names.index(column), column, pyarrow.array(values))
+    pyarrow.parquet.write_table(table, path)
+
+
+@pytest.mark.parametrize(
+    "tampered", ["price", "weight", "motion", "waypoint", "bound", "gap", "node", "bin"]
+)
+def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    assert verify(tmp_path).returncode == 0
+    if tampered in ("price", "weight"):
+        change_parquet(tmp_path / PRICES, tampered, 3000.0 if tampered == "price" else 0.001)
+    elif tampered == "motion":
+        change_parquet(tmp_path / KNOTS, "x_m", 5000.0)
+    elif tampered == "node":
+        net = json.loads((tmp_path / NET).read_text())
+        net["node_xy_m"] = (np.array(net["node_xy_m"]) + 8000.0).tolist()
+        (tmp_path / NET).write_text(json.dumps(net))
+    else:
+        plan = json.loads((tmp_path / "plan.json").read_text())
+        if tampered == "waypoint":
+            plan["uavs"][0]["waypoints"][2][1] += 600.0
+        elif tampered == "bound":
+            plan["certificate"]["lower_bound_s"] += 1.0
+        elif tampered == "gap":
+            plan["certificate"]["gap"] *= 0.9
+        else:
+            plan["certificate"]["bin_s"] = 4.0
+        (tmp_path / "plan.json").write_text(json.dumps(plan))
+    assert verify(tmp_path).returncode == 1
+
+
+def test_a_gap_may_be_asked_for() -> None:
+    problem = small_problem()
+    plan = rate_plan(problem)
+    heard: list[float] = []
+    wide = certified(problem, plan, Effort(told=lambda *told: heard.append(told[3])))
+    assert heard[-1] == pytest.approx(wide.gap)
+    asked = certified(problem, plan, Effort(gap=0.5 * (heard[0] + wide.gap)))
+    assert wide.gap <= asked.gap <= 0.5 * (heard[0] + wide.gap)
+
+
+def test_landing_only_lowers_what_is_possible() -> None:
+    """The bound leaves the way home out, so it holds for plans that have to come home."""
+    problem = small_problem()
+    uav = replace(problem.uavs[0], max_flight_time_s=1500.0, return_to_m=(0.0, 0.0))
+    problem = problem.replace(uavs=(uav,))
+    certificate = certified(problem, rate_plan(problem), Effort(steps=30))
+    assert certificate.bound <= certificate.value
+
+
+def test_lower_limit_is_students() -> None:
+    """Four values 1, 2, 3, 4: mean 2.5, deviation 1.29099, t(0.95, 3) = 2.35336."""
+    limit = lower_limit(np.array([1.0, 2.0, 3.0, 4.0]))
+    assert limit == pytest.approx(2.5 - 2.35336 * 1.29099 / 2, abs=1e-4)

@@ -1,0 +1,102 @@
+"""No road plan is worth more than any prices allow, and the dearest flight is a slope."""
+
+import numpy as np
+import pytest
+
+from grid_instance import grid_futures, grid_problem
+from planner.detection.first_detection import first_detection
+from planner.errors import NotApplicableError
+from planner.search.bound import Grain, Table, table_of
+from planner.search.hops import hops_of
+from planner.search.plan import plan_of_legs
+from planner.search.prices import lowest
+from planner.search.problem import Problem
+from planner.search.rate import rate_order
+from planner.search.what_if import WhatIf
+from search_instances import random_problem
+
+
+def reward_of(problem: Problem, order: list[int]) -> np.ndarray:
+    track = plan_of_legs(problem, "", order).tracks[0]
+    return problem.objective.reward(
+        first_detection(problem.futures, track, problem.sensor.radius_m)
+    )
+
+
+def random_orders(problem: Problem, rng: np.random.Generator, many: int) -> list[list[int]]:
+    """Orders with any roads any number of times, half of them without flights in between."""
+    legs, orders = problem.legs, []
+    for _ in range(many):
+        order = [int(rng.integers(len(legs)))]
+        while len(order) < 12:
+            onward = np.flatnonzero(legs.from_node == legs.to_node[order[-1]])
+            near = len(onward) > 0 and rng.random() < 0.7
+            order.append(int(rng.choice(onward) if near else rng.integers(len(legs))))
+        orders.append(order)
+    return orders
+
+
+def small_table(problem: Problem, *, memory: int = 2) -> Table:
+    grain = Grain.fitting(problem, memory=memory)
+    return table_of(problem, grain, np.zeros(len(problem.futures)))
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_no_plan_is_worth_more(seed: int) -> None:
+    problem, rng = random_problem(seed), np.random.default_rng(seed)
+    if seed % 5 == 0:
+        problem = problem.replace(by_s=700.0)
+    weight, table = problem.futures.weight, small_table(problem, memory=seed % 4)
+    orders = [*random_orders(problem, rng, 60), rate_order(WhatIf(problem))]
+    rewards = [reward_of(problem, order) for order in orders]
+    best = max(rewards, key=lambda reward: weight @ reward)
+    value = float(weight @ best)
+    for prices in (0.0 * best, best, rng.uniform(0.0, problem.objective.most, len(best))):
+        bound, _ = table.bound(prices)
+        assert bound >= value - 1e-9
+    least, prices = lowest(table, 0.9 * best, value, steps=40, stop=lambda _: False)
+    assert value - 1e-9 <= least <= table.bound(0.9 * best)[0] + 1e-9
+    assert table.bound(prices)[0] == pytest.approx(least)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_counts_are_a_slope(seed: int) -> None:
+    """The bound is convex in the prices; what is sold tells how it changes."""
+    problem, rng = random_problem(seed), np.random.default_rng(seed)
+    table, most = small_table(problem), problem.objective.most
+    for _ in range(10):
+        here, there = rng.uniform(0.3 * most, most, (2, len(problem.futures)))
+        bound, counts = table.bound(here)
+        change = (table.weight * (1.0 - counts)) @ (there - here)
+        assert table.bound(there)[0] >= bound + change - 1e-7 * most
+
+
+def test_memory_tightens() -> None:
+    problem = grid_problem(grid_futures(60, np.random.default_rng(1)), distance_m=60_000.0)
+    reward = reward_of(problem, rate_order(WhatIf(problem)))
+    bounds = [
+        table_of(problem, Grain(5.0, memory), 0.5 * reward).bound(0.9 * reward)[0]
+        for memory in (0, 1, 2, 3)
+    ]
+    assert bounds == sorted(bounds, reverse=True)
+    assert bounds[2] < bounds[0] - 100.0
+
+
+def test_hops_of_the_grid() -> None:
+    """Straight flights along rows and columns are legs; those over a crossroads are two hops."""
+    hops = hops_of(grid_problem(grid_futures(1, np.random.default_rng(1))))
+    assert hops.legs == 120
+    steps = np.stack([hops.x_m, hops.y_m], axis=1).reshape(-1, 2, 2)
+    steps = np.abs(np.diff(steps[hops.legs :], axis=1)[:, 0] / 15_000.0).round().astype(int)
+    assert np.all(np.gcd(steps[:, 0], steps[:, 1]) == 1)
+    assert np.all(steps > 0)
+    assert len(np.unique(hops.from_node * 36 + hops.to_node)) == len(hops)
+
+
+def test_bins_must_fit() -> None:
+    """A hop that ends in the bin it began in would be worth nothing to a programme over time."""
+    problem = grid_problem(grid_futures(3, np.random.default_rng(1)))
+    with pytest.raises(NotApplicableError, match="shortest flight"):
+        table_of(problem, Grain(200.0), np.zeros(3))
+    with pytest.raises(NotApplicableError, match="smaller net"):
+        table_of(problem, Grain(0.5), np.zeros(3))
