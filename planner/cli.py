@@ -378,6 +378,17 @@ def _add_experiment(commands: Any) -> None:
     )
     parser.add_argument("--dry-run", action="store_true", help="list the conditions, run none")
     parser.add_argument(
+        "--backend",
+        choices=("processes", "dask"),
+        default="processes",
+        help="what runs them: processes here, or Dask (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--address",
+        metavar="ADDR",
+        help="of a Dask scheduler, as tcp://host:8786; left out: a cluster is started here",
+    )
+    parser.add_argument(
         "--only",
         metavar="KEY=VALUE",
         action="append",

@@ -2,7 +2,9 @@
 
 import argparse
 import json
+import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +14,17 @@ from planner.experiments.condition import Condition
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
-from planner.experiments.run import Results, run
+from planner.experiments.pool import conducted
+from planner.experiments.run import Backend, Results, run
 from planner.report import experiment_tables, tables
 from planner.report.progress import progress
 from planner.report.run_files import write_json
+from planner.stopping import undone_if_stopped
 
 MARK = "experiment.json"  # tells whose results a folder holds
 
 
+GO_ON = "\nplanner: what is finished is kept; the same command goes on from there\n"
 PAPER = "paper"  # the name that stands for all of these
 OF_THE_PAPER = (
     "figure1/section3",
@@ -99,8 +104,23 @@ def _run(
     arguments: argparse.Namespace, chosen: Experiment, conditions: Sequence[Condition], out: Path
 ) -> Results:
     _claim(out, chosen)
-    with progress(chosen.path.stem) as told:
-        return run(conditions, out, workers=arguments.jobs, told=told)
+    with progress(chosen.path.stem) as told, undone_if_stopped(_tell_how_to_go_on):
+        return run(conditions, out, workers=arguments.jobs, told=told, backend=_backend(arguments))
+
+
+def _tell_how_to_go_on() -> None:
+    # Not by way of sys.stderr, in the midst of which the main thread may hold still.
+    os.write(2, GO_ON.encode())
+
+
+def _backend(arguments: argparse.Namespace) -> Backend:
+    if arguments.backend == "processes":
+        if arguments.address is not None:
+            raise InputError(f"--address {arguments.address}: goes with --backend dask")
+        return conducted
+    from planner.experiments.dask_backend import conducted_by_dask
+
+    return partial(conducted_by_dask, address=arguments.address)
 
 
 def _told_last(results: Results, conditions: Sequence[Condition]) -> str:

@@ -15,8 +15,9 @@ from planner.search.methods import METHODS
 from planner.wording import shown, suggestion
 
 METHOD, SEED, BLOCK = "method", "seed", "block"
-QUICK_TARGETS, QUICK_POINTS, QUICK_SEEDS = 1000, 4, 2
-QUICK = ("search.particles=256", "search.work=5000")
+PARTICLES = "search.particles"
+QUICK_TARGETS, QUICK_POINTS, QUICK_SEEDS = 1000, 2, 2
+QUICK = (f"{PARTICLES}=256", "search.work=2000")
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,8 @@ def _value(draft: Any, key: str) -> Any:
 
 
 def _ends(key: str, levels: Sequence[Any]) -> Sequence[Any]:
+    if key == PARTICLES:
+        return sorted(levels)[:2]
     return levels if key == METHOD or len(levels) < 2 else (levels[0], levels[-1])
 
 

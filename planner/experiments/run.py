@@ -2,7 +2,7 @@
 
 import contextlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.conduct import conduct, needs_judges, opened_of
 from planner.experiments.kept import Kept
 from planner.experiments.met import targets_of
-from planner.experiments.pool import Conduct, conducted
+from planner.experiments.pool import Conduct, Done, conducted
 from planner.experiments.results import Row, rows_of, write_results, write_timings
 from planner.futures.workers import cores
 from planner.mission.preparation import Recorder
@@ -21,6 +21,7 @@ from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
+Backend = Callable[[Conduct, Sequence[Condition], int], Iterator[Done]]
 Told = Callable[[int, int, str], None]  # done, in all, what is being done
 
 
@@ -40,6 +41,7 @@ def run(
     workers: int | None = None,
     told: Told | None = None,
     conduct: Conduct = conduct,
+    backend: Backend = conducted,
 ) -> Results:
     """Run what is not finished of an experiment and write the table of all of it.
 
@@ -55,6 +57,8 @@ def run(
         Hears how far the work has come.
     conduct
         What runs a condition; it can be pickled.
+    backend
+        What has it done in processes: here, or by Dask.
 
     Raises
     ------
@@ -70,7 +74,7 @@ def run(
     figures = {condition.id: kept.figures(condition) for condition in conditions}
     waiting = [condition for condition in conditions if figures[condition.id] is None]
     _record_shared(waiting, workers, told)
-    for done, (condition, outcome) in enumerate(conducted(conduct, waiting, workers), 1):
+    for done, (condition, outcome) in enumerate(backend(conduct, waiting, workers), 1):
         kept.keep(condition, outcome)
         figures[condition.id] = outcome.figures
         if told:

@@ -75,7 +75,7 @@ def test_id_is_the_same_wherever_the_files_lie(sound: Experiment, tmp_path: Path
 def test_quick_takes_the_ends_and_two_seeds(sound: Experiment) -> None:
     quick = sound.quick().conditions()
     radii = ("sensor.radius_m=100", "sensor.radius_m=300")
-    small = ("search.particles=256", "search.work=5000")
+    small = ("search.particles=256", "search.work=2000")
     assert {c.overrides for c in quick} == {(*small, r) for r in radii}
     assert {c.seed for c in quick} == {1, 2}
     assert {c.targets for c in quick} == {1000}

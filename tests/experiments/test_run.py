@@ -16,9 +16,10 @@ import pytest
 from command_line import Commands, rows
 from planner.belief.opening import open_scenario
 from planner.errors import InputError, OutputError, SumoError
-from planner.experiments import pool
+from planner.experiments import dask_backend, pool
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, conduct
+from planner.experiments.dask_backend import conducted_by_dask
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
@@ -209,7 +210,11 @@ def test_a_stopped_run_goes_on_where_it_was(
 ) -> None:
     out = tmp_path / "out"
     code, said = stopped(experiment, out, signal.SIGINT)
-    assert (code, said) == (130, "planner: stopped; nothing is half-written\n")
+    assert (code, said) == (
+        130,
+        "\nplanner: what is finished is kept; the same command goes on from there\n"
+        "planner: stopped; nothing is half-written\n",
+    )
     before = kept_in(out)
     assert 0 < len(before) < len(experiment.conditions())
     code, said = stopped(experiment, out, signal.SIGKILL)
@@ -314,3 +319,35 @@ def test_nothing_to_run_and_nowhere_to_write(conditions: list[Condition], tmp_pa
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="is not a folder; choose another name"):
         run(conditions[:1], tmp_path / "file")
+
+
+def test_dask_gives_the_same_table_though_a_worker_is_killed(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed")
+    act = functools.partial(die, folder=tmp_path, times=1)
+    out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path, act=act)
+    run(conditions, out, workers=2, conduct=told, backend=conducted_by_dask)
+    assert (tmp_path / "died").read_text() == "x"
+    assert same(out, whole)
+
+
+def test_dask_on_a_running_cluster(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    given = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with distributed.LocalCluster(n_workers=2, **given) as cluster:
+        there = functools.partial(conducted_by_dask, address=cluster.scheduler_address)
+        run(conditions[:6], tmp_path, workers=1, backend=there)
+    assert cells(tmp_path) == cells(whole)[:6]
+
+
+def test_no_scheduler(
+    conditions: list[Condition], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(dask_backend, "CONNECT_S", 0.5)
+    nowhere = functools.partial(conducted_by_dask, address="tcp://127.0.0.1:1")
+    with pytest.raises(InputError, match=r"--address tcp://127.0.0.1:1: no Dask scheduler answers"):
+        run(conditions[:1], tmp_path, workers=1, backend=nowhere)
