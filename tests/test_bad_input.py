@@ -521,14 +521,14 @@ def test_stopped_while_sumo_drives(tmp_path: Path, jobs: int, number: signal.Sig
 
 
 def test_stopped_while_planning(tmp_path: Path) -> None:
-    """Compiled code runs, or is being compiled."""
+    """Compiled code runs, is being compiled, or is loaded."""
     output = tmp_path / "run"
     cache = Path(os.environ["PLANNER_CACHE"])
     assert main(["futures", "figure1", "--json"]) == 0
     arguments = ("plan", "figure1", "--method", "exact", "--set", "search.depth=6")
     running = Running(tmp_path, *arguments, "-o", output, cache=cache)
     running.wait_until(output.exists)
-    time.sleep(1.5)
+    time.sleep(0.4)
     assert running.process.poll() is None
     said, took_s = running.interrupted()
     assert said == Said(130, "", "planner: stopped; nothing is half-written\n")
