@@ -1,7 +1,6 @@
 """Ctrl-C while a search is under way."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,11 +12,21 @@ LONG = ("plan", "grid5x5", "--set", "search.work=2000000000", "--set", "search.p
 QUICK = ("--set", "search.sampling=iid", "--targets", "50", "-v")
 
 
+def heard() -> None:
+    """Hear Ctrl-C, also where the tests themselves run in the background and do not."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def searching(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """A search that would take hours, once it has found its first plan."""
     command = [sys.executable, "-m", "planner", *LONG, *QUICK, "-o", str(folder)]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
+    running = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heard,
+    )
     assert running.stderr is not None
     try:
         for line in running.stderr:

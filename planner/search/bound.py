@@ -15,7 +15,8 @@ v * bin / 2 of whoever starts at the middle, who rests half a bin at both ends; 
 see is what that flight sees with a radius larger by as much, and what it surely sees with one that
 is smaller. A hop ends in the bins that all its starts end in.
 
-Landing and the way home are left out: a bound for plans that need not land holds for all.
+A landing by a certain time is left out: a bound for plans that need not land holds for all. What is
+seen on a flight to a certain place to land is no hop's, so such problems have no bound yet.
 """
 
 from dataclasses import dataclass
@@ -97,6 +98,10 @@ def table_of(problem: Problem, grain: Grain, floor: Floats) -> Table:
     NotApplicableError
         If the net is too large, or a bin too long for the sensor to be sure of anything.
     """
+    if problem.uavs[0].return_to_m is not None:
+        raise NotApplicableError(
+            "no bound is known for road plans that have to come home; leave out uav.return_to"
+        )
     hops, nodes = hops_of(problem), len(problem.network.node_ids)
     flights, first_s = first_flights(problem)
     ends_s = min(problem.objective.ends_s, problem.uavs[0].landing_s)

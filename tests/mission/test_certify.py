@@ -148,9 +148,9 @@ def test_a_gap_may_be_asked_for() -> None:
 
 
 def test_landing_only_lowers_what_is_possible() -> None:
-    """The bound leaves the way home out, so it holds for plans that have to come home."""
+    """The bound leaves the landing out, so it holds for plans that have to land in time."""
     problem = small_problem()
-    uav = replace(problem.uavs[0], max_flight_time_s=1500.0, return_to_m=(0.0, 0.0))
+    uav = replace(problem.uavs[0], max_flight_time_s=1500.0)
     problem = problem.replace(uavs=(uav,))
     certificate = certified(problem, rate_plan(problem), Effort(steps=30))
     assert certificate.bound <= certificate.value

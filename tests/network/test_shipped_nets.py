@@ -14,7 +14,7 @@ from planner.network.sumo import sumo_home
 
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted([*ROOT.glob("sumo_nets/*/*.xml"), *ROOT.glob("tests/nets/*/*.xml")])
-KIND = {".nod": "nodes", ".edg": "edges"}
+KIND = {".nod": "nodes", ".edg": "edges", ".turns": "datamode"}
 make_grid = runpy.run_path(str(ROOT / "tools" / "make_grid.py"))["main"]
 
 

@@ -1,5 +1,7 @@
 """No road plan is worth more than any prices allow, and the dearest flight is a slope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,3 +102,10 @@ def test_bins_must_fit() -> None:
         table_of(problem, Grain(200.0), np.zeros(3))
     with pytest.raises(NotApplicableError, match="smaller net"):
         table_of(problem, Grain(0.5), np.zeros(3))
+
+
+def test_a_road_plan_that_has_to_come_home_has_no_bound() -> None:
+    problem = random_problem(1)
+    uav = replace(problem.uavs[0], return_to_m=(0.0, 0.0))
+    with pytest.raises(NotApplicableError, match="return_to"):
+        table_of(problem.replace(uavs=(uav,)), Grain(1.0), np.zeros(len(problem.futures)))
