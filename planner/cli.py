@@ -163,9 +163,10 @@ def _later(name: str, module: str) -> Command:
     return run
 
 
-def _add_scenario(parser: argparse.ArgumentParser) -> None:
+def _add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
     parser.add_argument(
         "scenario",
+        nargs="?" if optional else None,
         metavar="SCENARIO",
         help="a scenario.toml, its folder, the name of a shipped one (grid5x5, figure3, ...), "
         "or the run.json of an earlier run",
@@ -346,7 +347,13 @@ def _add_compare(commands: Any) -> None:
         "compare",
         "compare all methods on the same futures and the same fresh targets",
     )
-    _add_scenario(parser)
+    _add_scenario(parser, optional=True)
+    parser.add_argument(
+        "--instances",
+        action="store_true",
+        help="on the frozen instances instead, against the best plans known; then -o is a folder, "
+        "and a comparison that was stopped goes on",
+    )
     parser.add_argument("-o", "--output", type=_path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
     _add_objective(parser)

@@ -225,6 +225,12 @@ def _certificate(
 
 def compare(arguments: argparse.Namespace) -> int:
     """Compare all methods on the same futures and the same fresh targets."""
+    if arguments.instances:
+        from planner.commands_instances import compare_instances
+
+        return compare_instances(arguments)
+    if arguments.scenario is None:
+        raise InputError("compare: names no scenario; give one, or --instances")
     with ExitStack() as stack:
         path = _output_file(stack, arguments, force=arguments.force)
         opened = _open(arguments)

@@ -17,7 +17,14 @@ STAGES = (
     "report",
 )
 # May import any stage.
-DOORS = ("__init__.py", "__main__.py", "cli.py", "commands.py", "commands_experiment.py")
+DOORS = (
+    "__init__.py",
+    "__main__.py",
+    "cli.py",
+    "commands.py",
+    "commands_experiment.py",
+    "commands_instances.py",
+)
 ROOT = Path(__file__).parents[1] / "planner"
 LOOSE = {path.stem for path in ROOT.glob("*.py") if path.name not in DOORS}
 

@@ -28,6 +28,7 @@ EXHAUSTIVE: dict[str, Any] = {"block": "no planning", "method": "exhaustive-shor
 FIFO: dict[str, Any] = {"block": "no planning", "method": "exhaustive"}
 NEAR_M = 200e3
 PAPERS_M = 120e3  # where the paper says that things change
+CLOSE = 0.75  # share of that distance up to which exhaustive search has to be better
 
 PRESET = (
     "preset `paper` (targets start at the origin, greedy takes off at 300 s, exhaustive at 0, "
@@ -144,7 +145,9 @@ def _better_beyond(results: Results) -> Claim:
     rows = results.rows
     near = sorted(u0 for u0 in levels(rows, U0) if u0 <= PAPERS_M)
     cases = [(truth, block) for block in ("300 s", "1 s") for truth in (ALL, ALL_20, BELIEVED)]
-    columns, crossings = {}, {}
+    columns: dict[tuple[str, str], list[str]] = {}
+    crossings: dict[tuple[str, str], str] = {}
+    last_better: dict[tuple[str, str], float] = {}
     for truth, block in cases:
         greedy = {"block": block, "method": "greedy", "targets": truth}
         columns[truth, block] = [_against(results, greedy, u0) for u0 in near]
@@ -155,21 +158,32 @@ def _better_beyond(results: Results) -> Claim:
             if one
         ]
         crossings[truth, block] = _crossing(apart)
+        last_better[truth, block] = max((u0 for u0, one in apart if one.low > 0), default=0.0)
     table = markdown_table(
         ["u0", *(f"{truth}; greedy at {block}" for truth, block in cases)],
         [(_km(u0), *(columns[case][line] for case in cases)) for line, u0 in enumerate(near)],
     )
     told = "; ".join(f"{truth}, at {block}: {at}" for (truth, block), at in crossings.items())
-    verdict = "reproduced" if "120 km" in crossings[ALL, "300 s"] else "in part"
+    far = [
+        one.high < 0
+        for u0 in levels(rows, U0)
+        if u0 > PAPERS_M
+        for one in [_apart(rows, {**GREEDY, "targets": ALL}, u0)]
+        if one
+    ]
+    beyond = f"{sum(far)} of {len(far)}"
+    near_as_claimed = all(far) and last_better.get((ALL, "300 s"), 0.0) >= CLOSE * PAPERS_M
+    verdict = "reproduced" if near_as_claimed else "in part"
     return Claim(
         "Except for cases where the distance of the UAV to the origin is under 120 km, the "
         "simulation-aided approach shows superior results in detection time",
         "Section 7",
         f"{PRESET}; also 20 m/s, targets that start where the UAV believes, and greedy at 1 s; "
-        "on a path the one with the lower mean over seeds and speeds is better",
+        "on a path the one with the lower mean over seeds and speeds is better; reproduced if "
+        "exhaustive is the better one on average up to 90 km at least",
         verdict,  # type: ignore[arg-type]
-        "Beyond 120 km greedy is better, as claimed, but it already is from much nearer on. Where "
-        f"the means cross hangs on the truth and on greedy's take-off: {told}. The table has "
+        f"Beyond 120 km greedy is better at {beyond} of the distances. Up to where exhaustive is, "
+        f"hangs on the truth and on greedy's take-off; the means cross: {told}. The table has "
         "greedy minus exhaustive, and on how many of the paths exhaustive is the better one.",
         table,
     )

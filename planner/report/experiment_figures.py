@@ -155,11 +155,16 @@ def _draw_lines(axes: "Axes", rows: Sequence[Row], lines: Sequence[Line], target
 
 
 def _finish(figure: "Figure", panels: Sequence["Axes"]) -> None:
-    figure.supxlabel("distance of the UAV from the origin, u0 (km)", size=9)
-    figure.supylabel("average detection time (s), failures as 10,000", size=9)
+    """Name the axes once for all panels, and put one legend below them."""
+    height_inch = float(figure.get_size_inches()[1])
+    below = 0.75 / height_inch
+    across = "distance of the UAV from the origin, u0 (km)"
+    figure.text(0.53, below - 0.12 / height_inch, across, ha="center")
+    up = "average detection time (s), failures as 10,000"
+    figure.text(0.012, 0.5 + below / 2, up, va="center", rotation="vertical")
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="lower center", ncols=3, frameon=False)
-    figure.tight_layout(rect=(0, 0.09 if len(panels) > 2 else 0.13, 1, 1))
+    figure.tight_layout(rect=(0.025, below, 1, 1))
 
 
 @contextmanager

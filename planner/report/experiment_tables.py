@@ -4,7 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from planner.detection.evaluation import Evaluation
 from planner.experiments.condition import Condition
+from planner.experiments.instances import Instance
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -54,6 +56,30 @@ def _cell(value: Any) -> str:
 
 def _number(value: Any) -> str:
     return f"{value:,.0f}" if isinstance(value, float | int) else str(value)
+
+
+def instances_table(
+    instances: Sequence[Instance],
+    known: Mapping[str, Evaluation],
+    values: Mapping[tuple[str, str], float | None],
+) -> "Table":
+    """Return the best value known of each instance, and by how much each method is above it."""
+    methods = list(dict.fromkeys(method for _, method in values))
+    table = _table("instances: expected detection time of the best plan known, methods above it")
+    table.add_column("instance", no_wrap=True)
+    table.add_column("best known", justify="right", no_wrap=True)
+    for method in methods:
+        table.add_column(method, justify="right")
+    for one in instances:
+        best_s = known[one.name].expected_detection_time_s
+        half_s = known[one.name].ci95_s[1] - best_s
+        cells = [_above(values[one.name, method], best_s) for method in methods]
+        table.add_row(one.name, f"{best_s:,.0f} ± {half_s:.0f} s", *cells)
+    return table
+
+
+def _above(value_s: float | None, best_s: float) -> str:
+    return "-" if value_s is None else f"{100 * (value_s / best_s - 1):+.1f} %"
 
 
 def failures(rows: Sequence[Row]) -> list[str]:

@@ -1,0 +1,131 @@
+"""A frozen set of search problems, each with the best plan known, for methods to be compared on."""
+
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from planner.belief.opening import Opened, open_scenario
+from planner.detection.evaluation import Evaluation, evaluate
+from planner.errors import InputError
+from planner.experiments.condition import Condition, toml_text
+from planner.files import shipped
+from planner.futures.futures import Futures
+from planner.mission.preparation import FRESH_TARGETS, problem_of
+from planner.network.road_network import RoadNetwork
+from planner.scenario_source import scenario_path
+from planner.search.plan import plan_of_legs
+
+HOME, FILE = "grid5x5", "instances.toml"
+AGAINST = "!"  # before the name of a road that is flown against its direction
+KEYS = ("name", "scenario", "seed", "set", "method", "value_s", "low_s", "high_s", "plan")
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A scenario with its overrides and seed, and the best plan of roads that is known for it."""
+
+    name: str
+    scenario: str
+    overrides: tuple[str, ...]
+    seed: int  # of the futures planned with and of the fresh targets
+    method: str  # that found the plan
+    value_s: float  # E[min(tau, horizon)] on the fresh targets of the seed
+    low_s: float  # 95 % interval
+    high_s: float
+    plan: tuple[str, ...]  # names of roads in the order flown
+
+    def condition(self, method: str) -> Condition:
+        """Return the condition in which a method plans for this instance."""
+        return Condition(
+            scenario=self.scenario,
+            preset=None,
+            overrides=self.overrides,
+            method=method,
+            seed=self.seed,
+            targets=FRESH_TARGETS,
+            place=scenario_path(self.scenario),
+            levels={"instance": self.name},
+        )
+
+    def opened(self) -> Opened:
+        """Return its scenario, open."""
+        settings = (*self.overrides, f"search.seed={self.seed}")
+        return open_scenario(self.scenario, overrides=settings)
+
+
+def instances_path() -> Path:
+    """Return the file of the instances that come with the package."""
+    folder = shipped(HOME)
+    assert folder is not None
+    return folder / FILE
+
+
+def read_instances(path: Path) -> list[Instance]:
+    """Return the instances in a file.
+
+    Raises
+    ------
+    InputError
+        If it is missing or broken.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))["instance"]
+        return [_instance(table) for table in tables]
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: holds no instances ({error}); each needs {', '.join(KEYS)}"
+        ) from error
+
+
+def _instance(table: Mapping[str, Any]) -> Instance:
+    return Instance(
+        name=table["name"],
+        scenario=table["scenario"],
+        overrides=tuple(f"{key}={toml_text(value)}" for key, value in table["set"].items()),
+        seed=table["seed"],
+        method=table["method"],
+        value_s=table["value_s"],
+        low_s=table["low_s"],
+        high_s=table["high_s"],
+        plan=tuple(table["plan"].split()),
+    )
+
+
+def flown_again(instance: Instance, opened: Opened, fresh: Futures) -> Evaluation:
+    """Return what an instance's best known plan is worth on fresh targets.
+
+    Raises
+    ------
+    InputError
+        If the plan names a road that is not there.
+    """
+    problem = problem_of(opened, fresh)
+    plan = plan_of_legs(problem, "best known", legs_of(opened.network, instance.plan))
+    return evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
+
+
+def legs_of(network: RoadNetwork, names: Iterable[str]) -> list[int]:
+    """Return the legs with these names.
+
+    Raises
+    ------
+    InputError
+        If one is no road of the network.
+    """
+    index = {name: road for road, name in enumerate(network.road_ids)}
+    legs = []
+    for name in names:
+        road = index.get(name.removeprefix(AGAINST))
+        if road is None:
+            raise InputError(f"{name}: is not a road of {network.path.name}; correct the plan")
+        legs.append(2 * road + name.startswith(AGAINST))
+    return legs
+
+
+def names_of(network: RoadNetwork, legs: Sequence[int]) -> list[str]:
+    """Return the names of legs, as `legs_of` reads them."""
+    return [(AGAINST if leg % 2 else "") + network.road_ids[leg // 2] for leg in legs]

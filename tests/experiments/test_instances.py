@@ -1,0 +1,100 @@
+"""The frozen instances: whole, their plans legal, and beaten by nobody without being noticed."""
+
+from pathlib import Path
+
+import pytest
+
+from command_line import Commands
+from instances import figure3
+from planner import commands_instances
+from planner.errors import InputError
+from planner.experiments.instances import (
+    Instance,
+    flown_again,
+    instances_path,
+    legs_of,
+    names_of,
+    read_instances,
+)
+from planner.mission.preparation import Recorder
+from planner.search.methods import METHODS
+
+
+@pytest.fixture(scope="module")
+def instances() -> list[Instance]:
+    return read_instances(instances_path())
+
+
+def test_there_are_enough_and_each_is_sound(instances: list[Instance]) -> None:
+    assert 20 <= len(instances) <= 30
+    assert len({one.name for one in instances}) == len(instances)
+    for one in instances:
+        network = one.opened().network
+        legs = legs_of(network, one.plan)
+        assert legs
+        assert names_of(network, legs) == list(one.plan)
+        assert one.low_s < one.value_s < one.high_s
+
+
+def test_a_plan_known_is_worth_what_was_written_down(instances: list[Instance]) -> None:
+    one = next(one for one in instances if one.scenario == "figure3")
+    opened = one.opened()
+    found = flown_again(one, opened, Recorder(opened, 1).evaluation().futures)
+    assert found.expected_detection_time_s == pytest.approx(one.value_s, abs=0.06)
+    assert found.ci95_s == pytest.approx((one.low_s, one.high_s), abs=0.06)
+
+
+def test_compare_on_instances(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = instances_path().read_text()
+    head, *blocks = text.split("[[instance]]\n")
+    first = next(block for block in blocks if 'scenario = "figure3"' in block)
+    path = tmp_path / "instances.toml"
+    path.write_text(f"{head}[[instance]]\n{first}")
+    monkeypatch.setattr(commands_instances, "instances_path", lambda: path)
+    run = Commands(capsys)
+    (told,) = run("compare", "--instances", "-o", tmp_path / "out", "-j", 1, "--json").json[
+        "instances"
+    ]
+    assert set(told["methods"]) == {method.name for method in METHODS}
+    assert told["methods"]["exact"] >= told["best_known_s"] - 0.05 * told["best_known_s"]
+    assert told["methods"]["random"] > told["best_known_s"]
+    said = run("compare", "--instances", "-o", tmp_path / "out", "-j", 1)
+    assert said.code == 0
+    assert "best known" in said.out
+    assert "written down" not in said.out
+    path.write_text(path.read_text().replace("value_s = ", "value_s = 9"))
+    assert "were written down" in run("compare", "--instances", "-o", tmp_path / "out").out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--instances", "grid5x5"), "--instances: brings its own scenarios; leave grid5x5 out"),
+        ((), "compare: names no scenario; give one, or --instances"),
+    ],
+)
+def test_a_scenario_or_instances(
+    arguments: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = Commands(capsys)("compare", *arguments)
+    assert (said.code, said.err) == (2, f"planner: {told}\n")
+
+
+@pytest.mark.parametrize("text", ["[[instance]]\nname = 'x'", "nothing = 1", "[[["])
+def test_a_broken_file_is_told_in_one_line(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "instances.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"holds no instances .*; each needs name"):
+        read_instances(path)
+
+
+def test_a_road_that_is_not_there() -> None:
+    network = figure3()
+    assert legs_of(network, ["AB", "!BC"]) == [
+        2 * network.road_ids.index("AB"),
+        2 * network.road_ids.index("BC") + 1,
+    ]
+    with pytest.raises(InputError, match="XY: is not a road"):
+        legs_of(network, ["AB", "XY"])

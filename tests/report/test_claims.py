@@ -1,0 +1,155 @@
+"""Verdicts on the paper's claims turn with the numbers that they are drawn from."""
+
+from typing import Any
+
+import pytest
+
+from experiment_results import exhaustive_until, figure8, figure9
+from planner.experiments.run import Results
+from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
+from planner.report.claims import Claim, Found, markdown_table, page
+from planner.report.estimates import EXPECTED, FOUND, U0
+from planner.report.experiment_figures import ALL
+
+
+def judged(found: Found, judge: Any, start: str) -> Claim:
+    (claim,) = [claim for claim in judge(found) if claim.text.startswith(start)]
+    return claim
+
+
+@pytest.mark.parametrize(
+    ("km", "fails", "better"),
+    [(120, "reproduced", "reproduced"), (60, "reproduced", "in part"), (150, "not reproduced", "")],
+)
+def test_where_exhaustive_search_fails(km: float, fails: str, better: str) -> None:
+    found = {"figure8": figure8(exhaustive_until(km))}
+    claim = judged(found, claims_distance.claims, "The exhaustive search fails")
+    assert claim.verdict == fails
+    if better:
+        crossing = judged(found, claims_distance.claims, "Except for cases")
+        assert crossing.verdict == better
+        assert f"{km} km" in crossing.finding
+
+
+def test_paths_on_which_exhaustive_is_better_are_counted() -> None:
+    results = figure8(exhaustive_until(60))
+    greedy = {"block": "300 s", "method": "greedy"}
+    counts = [
+        claims_distance.exhaustive_wins(results, greedy, {"targets": ALL, U0: u0})
+        for u0 in (0.0, 60e3, 120e3)
+    ]
+    assert counts == [(1, 1.0, 1), (1, 1.0, 1), (0, 0, 1)]
+
+
+@pytest.mark.parametrize(("before", "verdict"), [(0.9, "reproduced"), (0.4, "not reproduced")])
+def test_before_the_goal(before: float, verdict: str) -> None:
+    found = {"figure8": figure8(exhaustive_until(120), before=before)}
+    start = "The simulation-aided search in most"
+    assert judged(found, claims_distance.claims, start).verdict == verdict
+
+
+def test_greedy_well_under_the_horizon_or_not() -> None:
+    start = "In the simulation-aided search the detection time remains"
+    found = {"figure8": figure8(exhaustive_until(120))}
+    assert judged(found, claims_distance.claims, start).verdict == "reproduced"
+    late = {"figure8": figure8(lambda _method, _u0: 9_990.0)}
+    assert judged(late, claims_distance.claims, start).verdict == "not reproduced"
+
+
+def test_a_falling_step_is_named() -> None:
+    start = "In all 4 experiments"
+    rising = {"figure8": figure8(exhaustive_until(120))}
+    assert judged(rising, claims_distance.claims, start).verdict == "reproduced"
+    falling = {"figure8": figure8(lambda _method, u0: 5000.0 - u0 / 1000)}
+    claim = judged(falling, claims_distance.claims, start)
+    assert claim.verdict == "in part"
+    assert "0 km to 60 km (-60 s)" in claim.table
+
+
+@pytest.mark.parametrize(("slope", "verdict"), [(10.0, "reproduced"), (-10.0, "in part")])
+def test_time_grows_with_speed(slope: float, verdict: str) -> None:
+    found = {"figure9": figure9(slope)}
+    claim = judged(found, claims_speed.claims, "In both search methods")
+    assert claim.verdict == verdict
+    earlier = judged(found, claims_speed.claims, "In exhaustive search a higher")
+    assert earlier.verdict == "reproduced"
+    assert "15 m/s: 150 km" in earlier.finding
+    assert judged(found, claims_speed.claims, "The target reaches").verdict == "reproduced"
+
+
+def section3(missed: float, certain: float) -> Results:
+    orders = ("breadth-first", "optimised, as printed", "topological, shortest")
+    rows = [
+        {
+            "order": order,
+            claims_orders.TAKE_OFF: 300,
+            claims_orders.TRANSIT: "true",
+            FOUND: 1.0 - missed if order == "breadth-first" else certain,
+            "roads": 10,
+            "extra_movements": 2,
+            "flight_ends_s": 900.0,
+        }
+        for order in orders
+    ]
+    return Results(tuple(rows), 3, {})
+
+
+@pytest.mark.parametrize(
+    ("missed", "certain", "verdicts"),
+    [
+        (0.1, 1.0, ("reproduced", "reproduced")),
+        (0.0, 0.99, ("not reproduced", "not reproduced")),
+    ],
+)
+def test_orders_that_find_and_that_miss(
+    missed: float, certain: float, verdicts: tuple[str, str]
+) -> None:
+    found = {"section3": section3(missed, certain)}
+    starts = ("Breadth-first", "A search that takes no road")
+    claims = [judged(found, claims_orders.claims, start) for start in starts]
+    assert tuple(claim.verdict for claim in claims) == verdicts
+
+
+def readings(gain_s: float) -> Results:
+    rows = [
+        {
+            "id": f"{block} {depth} {seed}",
+            "block": block,
+            "method": "greedy",
+            "seed": seed,
+            "targets": ALL,
+            U0: 60e3,
+            "search.depth": depth,
+            "greedy.miss": miss,
+            EXPECTED: 2000.0 + 10 * seed + change,
+            FOUND: 1.0,
+        }
+        for block, depth, miss, change in (
+            (claims_knowledge.REFERENCE, 16, "horizon", 0.0),
+            ("roads", 60, "horizon", -gain_s),
+            ("miss", 16, "infinity", 500.0),
+        )
+        for seed in (1, 2)
+    ]
+    return Results(tuple(rows), len(rows), {})
+
+
+@pytest.mark.parametrize(("gain_s", "verdict"), [(5.0, "reproduced"), (400.0, "not reproduced")])
+def test_sixteen_roads_and_readings(gain_s: float, verdict: str) -> None:
+    found = {"readings": readings(gain_s)}
+    assert judged(found, claims_knowledge.claims, "A path of 16").verdict == verdict
+    claim = judged(found, claims_knowledge.claims, "Which reading")
+    assert "`greedy.miss = infinity` | +500 s" in claim.table
+    assert "25%" in claim.finding
+
+
+def test_the_page_has_each_claim_once_in_short_and_in_full() -> None:
+    claim = Claim("It works", "Section 1", "as printed", "in part", "By 3 s.", "| a |\n|---|")
+    text = page([claim, claim])
+    assert text.count("It works") == 4
+    assert '<a id="claim-2"></a>' in text
+    assert "*Section 1.* **In part.** By 3 s." in text
+
+
+def test_a_table_in_markdown() -> None:
+    assert markdown_table(["a", "b"], [("x", "1")]) == "| a | b |\n|---|--:|\n| x | 1 |"

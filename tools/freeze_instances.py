@@ -1,0 +1,120 @@
+"""Search long for the best plan of each frozen instance and write them into instances.toml.
+
+A plan is chosen on particles that had no part in making it, never on the fresh targets on which
+its value is then measured. A known plan is replaced only by one that those particles prefer.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from planner import Recorder, make_plan, method_named
+from planner.experiments.condition import toml_text
+from planner.experiments.instances import (
+    FILE,
+    Instance,
+    flown_again,
+    instances_path,
+    legs_of,
+    names_of,
+    read_instances,
+)
+from planner.mission.preparation import budget_of, problem_of
+from planner.search.beam import judged
+from planner.search.plan import plan_of_legs
+
+HEADER = """\
+# Search problems to compare methods on: `planner compare --instances` plans for each of them with
+# every method. `plan` is the best plan of roads known, ! before a road flown against its
+# direction; its value is E[min(tau, horizon)] in seconds on the 4,000 fresh targets of the seed,
+# which no planner sees, with its 95 % interval. tools/freeze_instances.py wrote this file.
+"""
+METHODS = ("best", "lns", "beam")
+GRIDS = (4, 5, 6, 7, 8)
+DISTANCES_M = (0.0, 60e3, 120e3, 300e3)
+TREES = (("figure3", -30e3), ("figure3", -60e3), ("figure3-gone", -30e3), ("figure3-gone", -60e3))
+
+
+def problems() -> Iterator[Instance]:
+    """Yield the instances, without plans."""
+    for size in GRIDS:
+        for u0_m in DISTANCES_M:
+            scenario = f"grid{size}x{size}"
+            settings = (f"uav.start.distance_m={toml_text(u0_m)}",)
+            yield _open(f"{scenario}, {u0_m / 1000:.0f} km", scenario, settings)
+    for scenario, x_m in TREES:
+        settings = (f"uav.start.x_m={toml_text(x_m)}",)
+        yield _open(f"{scenario}, {-x_m / 1000:.0f} km", scenario, settings)
+
+
+def _open(name: str, scenario: str, overrides: tuple[str, ...]) -> Instance:
+    return Instance(name, scenario, overrides, 1, "", 0.0, 0.0, 0.0, ())
+
+
+def searched(instance: Instance, known: Instance | None, work: int) -> Instance:
+    """Return an instance with the best plan found, or the one known if that is better."""
+    opened = instance.opened()
+    recorder = Recorder(opened)
+    futures = recorder.planning().futures
+    enumerated = opened.scenario.search.sampling == "all"
+    judges = None if enumerated else recorder.judging().futures
+    problem = problem_of(opened, futures).replace(judges=judges)
+    candidates = []
+    for name in METHODS:
+        budget = replace(budget_of(opened), work=work)
+        plan = make_plan(
+            method_named(name), opened, recorder, futures, judges=judges, budget=budget
+        )
+        legs = [flown.leg for flown in plan.legs[0]]
+        candidates.append((judged(problem, plan), name, legs))
+    if known is not None and known.plan:
+        legs = legs_of(opened.network, known.plan)
+        worth = judged(problem, plan_of_legs(problem, known.method, legs))
+        candidates.append((worth, known.method, legs))
+    _, method, legs = max(candidates, key=lambda candidate: candidate[0])
+    found = replace(instance, method=method, plan=tuple(names_of(opened.network, legs)))
+    seen = flown_again(found, opened, recorder.evaluation().futures)
+    low_s, high_s = seen.ci95_s
+    return replace(found, value_s=seen.expected_detection_time_s, low_s=low_s, high_s=high_s)
+
+
+def text_of(instance: Instance) -> str:
+    """Return an instance as the file has it."""
+    settings = dict(override.split("=", 1) for override in instance.overrides)
+    lines = [
+        "[[instance]]",
+        f"name = {json.dumps(instance.name)}",
+        f"scenario = {json.dumps(instance.scenario)}",
+        f"seed = {instance.seed}",
+        "set = { " + ", ".join(f'"{key}" = {value}' for key, value in settings.items()) + " }",
+        f"method = {json.dumps(instance.method)}",
+        f"value_s = {instance.value_s:.1f}",
+        f"low_s = {instance.low_s:.1f}",
+        f"high_s = {instance.high_s:.1f}",
+        f'plan = "{" ".join(instance.plan)}"',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Search and write."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--work", type=int, default=500_000, help="of each search (500,000)")
+    parser.add_argument("-o", "--output", type=Path, default=instances_path(), help=f"({FILE})")
+    wanted = parser.parse_args(argv)
+    old = read_instances(wanted.output) if wanted.output.exists() else []
+    known = {instance.name: instance for instance in old}
+    found = []
+    for instance in problems():
+        found.append(searched(instance, known.get(instance.name), wanted.work))
+        print(f"{instance.name}: {found[-1].value_s:,.1f} s by {found[-1].method}", flush=True)
+    content = "\n".join([HEADER, *map(text_of, found)])
+    wanted.output.write_text(content, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
