@@ -120,6 +120,9 @@ def _figures(
         "found_before_goal_probability": min(1.0, float(weight @ before)),
         "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
     }
+    if problem.by_s is not None:
+        by = seen.found_by(np.full(len(weight), problem.by_s))
+        figures["found_by_probability"] = min(1.0, float(weight @ by))
     if target_set.by_route:
         figures["routes"] = _by_route(met.route, weight, time_s)
     return figures
