@@ -34,6 +34,7 @@ OF_THE_PAPER = (
     "figure3/section4",
     "grid5x5/figure8",
     "grid5x5/figure9",
+    "grid5x5/optimum",
     "grid5x5/readings",
     "grid5x5/particles",
     "grid5x5/beliefs",

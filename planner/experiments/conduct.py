@@ -21,6 +21,7 @@ log = logging.getLogger(__name__)
 STUDIES = {  # by name: the module and the function in it, loaded when a condition runs
     "orders": ("orders", "orders_of"),
     "precedence": ("precedence", "precedence_of"),
+    "optimum": ("optimum", "optimum_of"),
 }
 
 

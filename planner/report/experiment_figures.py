@@ -180,4 +180,4 @@ def _drawn(folder: Path, stem: str, size_inch: tuple[float, float]) -> Iterator[
         yield figure
         for kind in (".png", ".svg"):
             with written_whole(folder / f"{stem}{kind}") as new:
-                figure.savefig(new, format=kind[1:], dpi=100, **AS_FILE[kind])
+                figure.savefig(new, format=kind[1:], dpi=90, **AS_FILE[kind])
