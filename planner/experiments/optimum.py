@@ -13,7 +13,7 @@ from planner.search.certificate import Effort, certified, gap_of
 from planner.search.methods import method_named
 
 METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
-STEPS = 100  # of the search for better prices; more of them close a third of the gap at most
+STEP_WORK = 800  # units of search.work for one step of the search for better prices
 BOUND = "no plan over roads is better than"
 
 
@@ -34,7 +34,8 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
         plan = make_plan(method, opened, recorder, futures, judges=judges)
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.horizon_s)
         values[name] = flown.expected_detection_time_s
-    bound_s = certified(problem, plan, Effort(steps=STEPS)).bound
+    steps = max(1, opened.scenario.search.work // STEP_WORK)
+    bound_s = certified(problem, plan, Effort(steps=steps)).bound
     rows = [
         {"what": name, "expected_detection_time_s": value_s, "gap": gap_of(value_s, bound_s)}
         for name, value_s in values.items()

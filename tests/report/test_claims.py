@@ -205,6 +205,48 @@ def test_a_change_within_chance_is_not_the_largest() -> None:
     assert "is 0 %: none is more than chance" in claim.finding
 
 
+def beliefs(blind_s: float, turns_s: float) -> Results:
+    base, known, turns = claims_knowledge.BASE, claims_knowledge.KNOWN, claims_knowledge.TURNS
+    values = {
+        (base, known): 2000.0,
+        (base, turns): 2000.0 + turns_s,
+        (base, "stop on the way"): 2600.0,
+        ("start anywhere", known): 2000.0 + blind_s,
+        (turns, turns): 2000.0,
+    }
+    rows = [
+        {
+            "block": block,
+            "method": "greedy",
+            "targets": targets,
+            U0: 60e3,
+            "seed": seed,
+            EXPECTED: value + seed,
+            FOUND: 0.9,
+            "found_before_goal_probability": 0.8,
+        }
+        for (block, targets), value in values.items()
+        for seed in (1, 2)
+    ]
+    return Results(tuple(rows), len(rows), {})
+
+
+@pytest.mark.parametrize(
+    ("blind_s", "turns_s", "verdict"),
+    [(300.0, 50.0, "reproduced"), (300.0, -50.0, "in part"), (-300.0, -50.0, "not reproduced")],
+)
+def test_knowledge_is_worth_something(blind_s: float, turns_s: float, verdict: str) -> None:
+    found = {"beliefs": beliefs(blind_s, turns_s)}
+    claim = judged(found, claims_knowledge.claims, "A system that uses all")
+    assert claim.verdict == verdict
+    assert (
+        f"turns taken for equal | greedy | 60 km | {claims_knowledge.TURNS} | {turns_s:+.0f} s"
+        in (claim.table)
+    )
+    wrong = judged(found, claims_knowledge.claims, "What does a wrong belief cost?")
+    assert wrong.finding == "It costs greedy at 60 km most, +600 s: stop on the way."
+
+
 def test_the_page_has_each_claim_once_in_short_and_in_full() -> None:
     claim = Claim("It works", "Section 1", "as printed", "in part", "By 3 s.", "| a |\n|---|")
     text = page([claim, claim])
