@@ -98,7 +98,11 @@ def test_dry_run_of_the_paper_lists_all_experiments(
     assert {"wait", "best", "orders", "precedence"} <= {
         c["method"] for c in said.json["conditions"]
     }
-    assert said.json["duration"]["unknown"] == ["study precedence", "study orders"]
+    assert said.json["duration"]["unknown"] == [
+        "study precedence",
+        "study orders",
+        "study optimum",
+    ]
     assert said.err.count("the method assumes") == 1  # not once for each condition
     shown = Commands(capsys)("experiment", "paper", "--quick", "--dry-run")
     assert "conditions, 0 of them finished" in shown.out
