@@ -22,7 +22,8 @@ best plan over roads known, on 4,000 fresh targets that no planner sees, with it
 planned with; in brackets, where such a bound takes too large a table, one on any flight whatever.
 Each method has the scenario's own budget; its column tells how far its plan is above the best
 known, on the same fresh targets. `orienteering` plans with OR-Tools; `anneal-waypoints` may leave
-the roads and so be better than the best known; - where a method cannot work on the instance.
+the roads and so be better than the best known; - where a method cannot work on the instance. The
+best known was chosen on other targets than these, so that a plan over roads may be a little better.
 
 """
 MOST_LINES = 60  # that a terminal shows
