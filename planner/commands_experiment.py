@@ -78,8 +78,8 @@ def _paper(arguments: argparse.Namespace) -> int:
     for name, one in chosen.items():
         stem = one.path.stem
         found[stem] = _run(arguments, one, conditions[name], out / stem)
-    page = write_report(out, found, quick=arguments.quick)
     claims = claims_of(found)
+    page = write_report(out, found, claims, quick=arguments.quick)
     failed = [line for one in found.values() for line in experiment_tables.failures(one.rows)]
     told = {
         "report": str(page),

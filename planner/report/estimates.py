@@ -10,6 +10,7 @@ Row = Mapping[str, Any]
 
 U0, EXPECTED, FOUND = "uav.start.distance_m", "expected_detection_time_s", "detection_probability"
 BEFORE_GOAL = "found_before_goal_probability"
+SELECTIVE = ("targets", U0)  # what leaves the fewest rows is asked first
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,10 @@ class Estimate:
 
 def chosen(rows: Iterable[Row], where: Mapping[str, Any]) -> list[Row]:
     """Return the rows that have these values and did not fail."""
-    return [
-        row
-        for row in rows
-        if row.get("reason") is None and all(row.get(key) == value for key, value in where.items())
-    ]
+    left = rows
+    for key, value in sorted(where.items(), key=lambda item: item[0] not in SELECTIVE):
+        left = [row for row in left if row.get(key) == value]
+    return [row for row in left if row.get("reason") is None]
 
 
 def levels(rows: Iterable[Row], key: str) -> list[Any]:

@@ -1,7 +1,7 @@
 """One report on all experiments of the paper: a page of claims, with figures."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,20 +43,24 @@ CAPTIONS = {
 }
 
 
-def write_report(folder: Path, found: Mapping[str, Results], *, quick: bool) -> Path:
+def write_report(
+    folder: Path, found: Mapping[str, Results], claims: Sequence[Claim], *, quick: bool
+) -> Path:
     """Write the page of claims, its figures and their numbers, and return the page's path.
 
     Parameters
     ----------
     found
         The experiments' results by name; those that are missing are left out.
+    claims
+        What `claims_of` says of them.
     quick
         Whether they are too small to say anything, which the page then says.
     """
     stems = drawn(folder, found)
     write_curves(folder / CURVES, found)
     pictures = [f"![{CAPTIONS[stem]}]({stem}.png)\n*{CAPTIONS[stem]}.*" for stem in stems]
-    parts = [HEAD + (QUICK if quick else ""), page(claims_of(found))]
+    parts = [HEAD + (QUICK if quick else ""), page(claims)]
     if pictures:
         parts.append("\n\n".join(["## Figures", NUMBERS, *pictures]) + "\n")
     with written_whole(folder / PAGE) as new:

@@ -7,7 +7,7 @@ import pytest
 
 from experiment_results import exhaustive_until, figure8, figure9
 from planner.report.estimates import EXPECTED, U0
-from planner.report.paper_report import CAPTIONS, PAGE, drawn, write_curves, write_report
+from planner.report.paper_report import CAPTIONS, PAGE, claims_of, drawn, write_curves, write_report
 
 
 def found() -> dict[str, object]:
@@ -15,7 +15,7 @@ def found() -> dict[str, object]:
 
 
 def test_page_and_figures(tmp_path: Path) -> None:
-    page = write_report(tmp_path, found(), quick=True)  # type: ignore[arg-type]
+    page = write_report(tmp_path, found(), claims_of(found()), quick=True)  # type: ignore[arg-type]
     text = page.read_text()
     assert page.name == PAGE
     assert "This is a quick run" in text
@@ -29,7 +29,7 @@ def test_page_and_figures(tmp_path: Path) -> None:
 def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        write_report(tmp_path / name, found(), quick=False)  # type: ignore[arg-type]
+        write_report(tmp_path / name, found(), claims_of(found()), quick=False)  # type: ignore[arg-type]
     files = sorted(path.name for path in (tmp_path / "one").iterdir())
     assert len(files) == 10
     for file in files:
