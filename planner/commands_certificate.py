@@ -48,7 +48,8 @@ def certify(arguments: argparse.Namespace) -> int:
 
 def certificate_of(problem: Problem, plan: Plan, limits: mission.Limits) -> Certificate:
     """Return a plan's certificate, and show value, bound and gap while they come closer."""
-    begun_s, timed = time.monotonic(), limits.steps == UNCOUNTED
+    begun_s = time.monotonic()
+    timed = limits.steps >= UNCOUNTED and math.isfinite(limits.seconds)
     with progress("certifying") as shown:
 
         def told(step: int, value: float, bound: float, gap: float) -> None:
