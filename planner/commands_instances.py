@@ -7,14 +7,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from planner.cli import print_json
+from planner.commands_shared import tell
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance, flown_again, instances_path, read_instances
 from planner.experiments.run import run
 from planner.mission.preparation import Recorder
-from planner.report import experiment_tables, tables
+from planner.report import experiment_tables
 from planner.report.progress import progress
 from planner.search.methods import METHODS
 
@@ -42,12 +42,8 @@ def compare_instances(arguments: argparse.Namespace) -> int:
     table = experiment_tables.instances_table(instances, known, values)
     written = [f"written to {arguments.output}"] if arguments.output else []
     told_of = [_told(one, known[one.name], values) for one in instances]
-    if arguments.json:
-        print_json({"instances": told_of})
-        return 0
-    out = tables.console()
-    for line in (table, *_moved(instances, known), *written):
-        out.print(line)
+    shown: list[Any] = [table, *_moved(instances, known), *written]
+    tell(arguments, {"instances": told_of}, shown)
     return 0
 
 

@@ -12,6 +12,7 @@ from planner.search.certificate import Certificate
 from planner.search.problem import Problem
 
 PRICES, KNOTS, NET = "prices.parquet", "knots.parquet", "net.json"
+PROOF = (PRICES, KNOTS, NET)
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:

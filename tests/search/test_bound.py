@@ -45,10 +45,10 @@ def small_table(problem: Problem, *, memory: int = 2) -> Table:
 
 @pytest.mark.parametrize("seed", range(100))
 def test_no_plan_is_worth_more(seed: int) -> None:
-    problem, rng = random_problem(seed), np.random.default_rng(seed)
+    problem, rng = random_problem(seed).replace(horizon_s=1000.0), np.random.default_rng(seed)
     if seed % 5 == 0:
         problem = problem.replace(by_s=700.0)
-    weight, table = problem.futures.weight, small_table(problem, memory=seed % 4)
+    weight, table = problem.futures.weight, small_table(problem, memory=seed // 4 % 4)
     orders = [*random_orders(problem, rng, 60), rate_order(WhatIf(problem))]
     rewards = [reward_of(problem, order) for order in orders]
     best = max(rewards, key=lambda reward: weight @ reward)
@@ -56,7 +56,7 @@ def test_no_plan_is_worth_more(seed: int) -> None:
     for prices in (0.0 * best, best, rng.uniform(0.0, problem.objective.most, len(best))):
         bound, _ = table.bound(prices)
         assert bound >= value - 1e-9
-    least, prices = lowest(table, 0.9 * best, value, steps=40, stop=lambda _: False)
+    least, prices = lowest(table, 0.9 * best, value, steps=20, stop=lambda _: False)
     assert value - 1e-9 <= least <= table.bound(0.9 * best)[0] + 1e-9
     assert table.bound(prices)[0] == pytest.approx(least)
 
