@@ -70,9 +70,21 @@ class Table:
         return float(self.worth[i, state]) if i < len(self.worth) else 0.0
 
     @property
-    def sells(self) -> bool:
-        """Whether any sighting is left."""
-        return len(self.world[0][1]) > 0
+    def size(self) -> int:
+        """How many sightings there are."""
+        return len(self.world[0][1])
+
+    def no_dearer(self, prices: Floats, start: Start) -> Floats:
+        """Return prices lowered to the most that any sighting from a place on earns, (N,)."""
+        from planner.search.kernels_prices import best_sightings
+
+        best = np.zeros(len(prices))
+        best_sightings(self.world[0], self._cell(start[1]), best)
+        earns = np.divide(best, self.weight, out=best, where=self.weight > 0.0)
+        return np.minimum(prices, np.maximum(self.floor, earns))
+
+    def _cell(self, i: int) -> int:
+        return min(i, self.bins.count) * len(self.world[1][0])
 
     def narrowed(self, floor: Floats, unseen: Flags, starts: tuple[Start, ...]) -> "Table":
         """Return the table of the flights on from some places, when some particles are unseen.
@@ -85,7 +97,7 @@ class Table:
         from planner.search.kernels_prices import narrowed
 
         least = np.where(unseen, floor * self.weight, np.inf)
-        cell = min(min(i for _, i, _ in starts), self.bins.count) * len(self.world[1][0])
+        cell = self._cell(min(i for _, i, _ in starts))
         return replace(
             self,
             weight=self.weight * unseen,

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.search.bound import Table, first_flights
+from planner.arrays import Flags, Floats
+from planner.search.bound import Start, Table, first_flights
 from planner.search.hops import hops_of
 from planner.search.prices import lowest
 from planner.search.problem import Problem
@@ -21,6 +21,7 @@ from planner.search.sightings import pieces_of
 
 Place = tuple[int, float, Floats]  # node, time, reward of what is seen until there
 Beginning = tuple[int, ...]  # number of the first flight, then hops; () is before take-off
+SMALL = 500_000  # sightings
 CHUNK = 25  # steps, after which sightings that earn too little are left out anew
 NARROW, NEAR = 0.2, 0.35  # of the way from a price to the greatest reward: prices fall no further
 
@@ -76,7 +77,7 @@ class Search:
     ) -> None:
         self._root, self._flights, self._weight = table, Flights(problem), problem.futures.weight
         self._most = float(problem.objective.reward(np.array(table.bins.first_s)))
-        self._value, self._stop = value, stop
+        self._value, self._stop, self.stopped = value, stop, False
         self._open: list[tuple[float, int, Beginning, Floats]] = []
         self._number = itertools.count()
         self._closed = np.inf  # no beginning that is not open is worth more
@@ -108,9 +109,10 @@ class Search:
             table = root.narrowed(self._floor(price), unseen, root.starts)
             least, price = self._lowest(table, price, 0.0, min(CHUNK, steps))
             self._closed, steps = min(self._closed, least), steps - CHUNK
-            if steps <= 0 or self._stop(self.bound):
+            if steps <= 0 or self.stopped:
                 break
-        self._near = root.narrowed(self._floor(price, NEAR), unseen, root.starts)
+        near = self._floor(price, NEAR) if root.size > SMALL else root.floor
+        self._near = root.narrowed(near, unseen, root.starts)
         table.bound(price)
         self._priced[()] = np.inf, price
         for number, place in enumerate(self._flights.first):
@@ -122,10 +124,8 @@ class Search:
         inherited, _, beginning, price = self._open[0]
         node, at_s, reward = place = self._flights.flown(beginning)
         got, unseen = float(self._weight @ reward), reward == 0.0
-        starts = ((node, self._root.bins.at(at_s), np.zeros(len(reward))),)
-        floor = self._floor(price)
-        near = bool(np.all(floor >= self._near.floor, where=unseen))
-        table = (self._near if near else self._root).narrowed(floor, unseen, starts)
+        start = (node, self._root.bins.at(at_s), np.zeros(len(reward)))
+        price, table = self._table(price, unseen, start)
         if beginning not in self._priced:
             _, price = self._lowest(table, price, got, steps)
             self._priced[beginning] = -inherited, price
@@ -133,19 +133,31 @@ class Search:
         heapq.heappop(self._open)
         if bound <= self._value:
             return
+        if table.size == 0:  # nothing more is seen, whatever follows
+            self._closed = max(self._closed, bound)
+            return
         if self._open and bound < -self._open[0][0]:
             heapq.heappush(self._open, (-bound, next(self._number), beginning, price))
-            return
-        if not self._root.narrowed(self._root.floor, unseen, starts).sells:
-            self._closed = max(self._closed, bound)  # nothing more is seen, whatever follows
             return
         for hop, state in self._flights.onward(node):
             further = self._flights.further(place, hop)
             self._add((*beginning, hop), further, state, (bound, price, table))
 
+    def _table(self, price: Floats, unseen: Flags, start: Start) -> tuple[Floats, Table]:
+        """Return prices no higher than anything that a beginning may still sell, and its table."""
+        for among in (self._near, self._root):
+            if np.all(price >= among.floor, where=unseen):
+                lowered = among.no_dearer(price, start)
+                floor = np.maximum(among.floor, self._floor(lowered))
+                table = among.narrowed(floor, unseen, (start,))
+                if table.size > 0:
+                    break
+        return lowered, table
+
     def _lowest(self, table: Table, price: Floats, got: float, steps: int) -> tuple[float, Floats]:
         def stop(least: float) -> bool:
-            return self._stop(self.bound) or got + least <= self._value
+            self.stopped = self._stop(self.bound if self._priced else min(self.bound, least))
+            return self.stopped or got + least <= self._value
 
         return lowest(table, price, self._value - got, steps=steps, stop=stop)
 
@@ -160,7 +172,7 @@ class Search:
         state: int,
         parent: tuple[float, Floats, Table],
     ) -> None:
-        """Open a beginning, unless what its parent's prices say of it shows that it is no better."""
+        """Open a beginning, unless its parent's prices show that it is worth no more."""
         (_, at_s, reward), (bound, price, table) = place, parent
         earned = float(self._weight @ np.where(reward > 0.0, reward, price))
         bound = min(bound, earned + table.onward(state, table.bins.at(at_s)))

@@ -18,7 +18,8 @@ from planner.search.sightings import pieces_of
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS, FIRST_STEPS, FURTHER_STEPS = 1000, 150, 6  # in all, before take-off, for a beginning
-SMALL_CELLS, LATE = 100_000, 0.95  # in larger tables, sightings after so many of the plan's are left
+SMALL_CELLS = 100_000  # hops times bins; larger tables leave late sightings out:
+LATE = 0.9  # those after so many of the plan's own
 
 
 @dataclass(frozen=True)
@@ -66,29 +67,27 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
+    most = float(weight @ objective.reward(earliest(problem)))
     if not plan.legs[0]:
-        most = float(weight @ objective.reward(earliest(problem)))
         return Certificate(value, objective.value(most), "free")
     steps = itertools.count(1)
-    ended = [False]
 
     def stop(least: float) -> bool:
-        bound, step = objective.value(least), next(steps)
+        bound, step = objective.value(min(least, most)), next(steps)
         gap = gap_of(value, bound)
         if effort.told:
             effort.told(step, value, bound, gap)
-        ended[0] = gap <= effort.gap or step >= effort.steps or effort.stop()
-        return ended[0]
+        return gap <= effort.gap or step >= effort.steps or effort.stop()
 
     table = table_of(problem, fitting_bin_s(problem), _floor(problem, seen_at))
     shares = [np.maximum(table.floor, share * earned) for share in STARTS]
     start = min(shares, key=lambda prices: table.bound(prices)[0])
     search = Search(problem, table, reward, stop)
     search.begin(start, FIRST_STEPS)
-    while not search.done and not ended[0]:
+    while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)
     return Certificate(
-        value, objective.value(search.bound), "roads", table.bins.step_s, search.proof
+        value, objective.value(min(search.bound, most)), "roads", table.bins.step_s, search.proof
     )
 
 

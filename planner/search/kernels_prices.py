@@ -10,8 +10,8 @@ import numpy as np
 from planner.arrays import Floats, Ints, Offsets
 from planner.jit import compiled
 
-# first (bins * h + 1,), by bin and hop, particle (M,), reward times weight (M,), known (M,): bit b is set where
-# the b-th leg into the hop's first node, flown just before, has surely seen the particle
+# By bin and hop: first (bins * h + 1,), particle (M,), reward times weight (M,), known (M,): bit b
+# is set where the b-th leg into the hop's first node, flown just before, surely saw the particle
 SightingColumns: TypeAlias = tuple[Offsets, Ints, Floats, Ints]
 # from, to (h,), bins that a hop lasts, at least and at most one more (2, h), how many are legs
 HopColumns: TypeAlias = tuple[Ints, Ints, Ints, int]
@@ -41,7 +41,7 @@ def sold(prices: Floats, sightings: SightingColumns, entry: int, bit: int) -> fl
 
 @compiled
 def hide(prices: Floats, sightings: SightingColumns, entry: int, hidden: Floats) -> float:
-    """Return what a leg's sightings earn above prices; in ``hidden``, what each leg before knows."""
+    """Return what a leg's sightings earn; in ``hidden``, what each leg before knows of that."""
     first, particle, reward, known = sightings
     total = 0.0
     hidden[:] = 0.0
@@ -136,6 +136,14 @@ def narrowed(sightings: SightingColumns, least: Floats, since: int) -> SightingC
             n += reward[e] > least[particle[e]]
         begins[cell + 1] = n
     return begins, who[:n], earns[:n], knows[:n]
+
+
+@compiled
+def best_sightings(sightings: SightingColumns, since: int, best: Floats) -> None:
+    """Raise ``best`` (N,) to the most that a sighting from a cell on earns with each particle."""
+    first, particle, reward, _ = sightings
+    for e in range(first[since], first[-1]):
+        best[particle[e]] = max(best[particle[e]], reward[e])
 
 
 @compiled
