@@ -10,7 +10,7 @@ import pytest
 
 from planner.arrays import Floats
 from planner.detection.first_detection import first_detection
-from planner.search.bound import Grain, table_of
+from planner.search.bound import fitting_bin_s, table_of
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from search_instances import random_problem
@@ -43,10 +43,9 @@ def test_the_earliest_sighting_is_offered(seed: int) -> None:
     problem, rng = random_problem(seed, particles=12), np.random.default_rng(seed)
     problem = problem.replace(horizon_s=700.0, by_s=500.0 if seed % 5 == 0 else None)
     weight, dear = problem.futures.weight, problem.objective.most + 1.0
-    grain = Grain.fitting(problem, memory=seed // 4 % 4)
     most_of = most_seen(problem, rng, 1500)
     floor = np.maximum(0.0, most_of - BELOW) * (seed % 2)  # the cheap price, or nothing
-    table = table_of(problem, grain, floor)
+    table = table_of(problem, fitting_bin_s(problem), floor)
     for k, most in enumerate(most_of.tolist()):
         if most <= BELOW:
             continue
