@@ -8,7 +8,6 @@ import pytest
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.mission.to_gap import MORE, Sides, planned_to_gap
 from planner.mission.trial import Trial
-from planner.search.bound import Grain
 from planner.search.certificate import Certificate
 from planner.search.plan import Plan, plan_of_legs, plan_of_wait
 from search_instances import random_problem
@@ -42,7 +41,7 @@ class Hands:
     def bound(self, plan: Plan, _: float) -> Certificate | None:
         bound = self.bounds.pop(0)
         kind = "roads" if plan.legs[0] else "free"
-        return bound and Certificate(self.value, bound, kind, Grain(), np.zeros(2))
+        return bound and Certificate(self.value, bound, kind)
 
     def found(self, gap: float, **more: object) -> tuple[Trial, Certificate | None]:
         found = planned_to_gap(Sides(self.plan, self.bound), gap, **more)
