@@ -77,12 +77,27 @@ def _unread() -> int:
     return 128 + 13
 
 
+class _Once(logging.Filter):
+    """Lets a warning through once: an experiment opens the same scenario again and again."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said: set[str] = set()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        text = record.getMessage()
+        again = record.levelno >= logging.WARNING and text in self._said
+        self._said.add(text)
+        return not again
+
+
 @contextmanager
 def _log_lines(verbose: int) -> Iterator[None]:
     """Write the package's own log to stderr."""
     log = logging.getLogger("planner")
     lines = logging.StreamHandler()
     lines.setFormatter(logging.Formatter("planner: %(message)s"))
+    lines.addFilter(_Once())
     log.addHandler(lines)
     log.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])
     try:

@@ -3,7 +3,7 @@
 import argparse
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,11 +11,13 @@ from typing import Any
 from planner.commands_shared import tell
 from planner.errors import InputError, OutputError
 from planner.experiments.condition import Condition
+from planner.experiments.duration import duration_of, known_times
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.pool import conducted
 from planner.experiments.run import Backend, Results, run
+from planner.futures.workers import cores
 from planner.report import experiment_tables
 from planner.report.progress import progress
 from planner.report.run_files import write_json
@@ -32,6 +34,7 @@ OF_THE_PAPER = (
     "figure3/section4",
     "grid5x5/figure8",
     "grid5x5/figure9",
+    "grid5x5/optimum",
     "grid5x5/readings",
     "grid5x5/particles",
     "grid5x5/beliefs",
@@ -45,7 +48,7 @@ def experiment(arguments: argparse.Namespace) -> int:
     chosen = _chosen(arguments, arguments.experiment)
     conditions = chosen.conditions()
     if arguments.dry_run:
-        return _listed(arguments, conditions)
+        return _listed(arguments, {Path(): conditions})
     out = _output(arguments)
     results = _run(arguments, chosen, conditions, out)
     failed = experiment_tables.failures(results.rows)
@@ -68,7 +71,8 @@ def _paper(arguments: argparse.Namespace) -> int:
     chosen = {name: _chosen(arguments, name) for name in OF_THE_PAPER}
     conditions = {name: one.conditions() for name, one in chosen.items()}
     if arguments.dry_run:
-        return _listed(arguments, [c for many in conditions.values() for c in many])
+        stems = {Path(one.path.stem): conditions[name] for name, one in chosen.items()}
+        return _listed(arguments, stems)
     out = _output(arguments)
     found = {}
     for name, one in chosen.items():
@@ -134,15 +138,24 @@ def _table(rows: Sequence[Any], first: Condition, title: str) -> Any:
     return experiment_tables.results_table(rows, [*first.levels, *sets], title)
 
 
-def _listed(arguments: argparse.Namespace, conditions: Sequence[Condition]) -> int:
-    kept = arguments.output and Kept(arguments.output)
-    finished = [bool(kept) and kept.figures(condition) is not None for condition in conditions]
-    listed = [
-        {"id": condition.id, **condition.as_dict(), "finished": done}
-        for condition, done in zip(conditions, finished, strict=True)
-    ]
-    table = experiment_tables.conditions_table(conditions, finished)
-    tell(arguments, {"conditions": listed}, [table])
+def _listed(arguments: argparse.Namespace, experiments: Mapping[Path, Sequence[Condition]]) -> int:
+    """List conditions, by the folder in -o of what comes of them, and tell how long they take."""
+    listed, waiting, tables_of = [], [], []
+    times: list[tuple[Condition, dict[str, Any]]] = []
+    for folder, conditions in experiments.items():
+        kept = Kept(arguments.output / folder) if arguments.output else None
+        finished = [kept is not None and kept.figures(c) is not None for c in conditions]
+        tables_of.append(experiment_tables.conditions_table(conditions, finished))
+        for one, done in zip(conditions, finished, strict=True):
+            listed.append({"id": one.id, **one.as_dict(), "finished": done})
+            if kept and done:
+                times.append((one, kept.timing(one)))
+            else:
+                waiting.append(one)
+    workers = arguments.jobs or cores()
+    takes = duration_of(waiting, known_times(times))
+    told = {"conditions": listed, "duration": takes.as_dict()}
+    tell(arguments, told, [*tables_of, takes.told(workers)])
     return 0
 
 

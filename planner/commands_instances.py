@@ -13,10 +13,13 @@ from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance, flown_again, instances_path, read_instances
 from planner.experiments.run import run
+from planner.files import written_whole
 from planner.mission.preparation import Recorder
 from planner.report import experiment_tables
 from planner.report.progress import progress
 from planner.search.methods import METHODS
+
+PAGE = "instances.md"
 
 
 def compare_instances(arguments: argparse.Namespace) -> int:
@@ -40,7 +43,12 @@ def compare_instances(arguments: argparse.Namespace) -> int:
             results = run(list(conditions.values()), folder, workers=arguments.jobs, told=told)
     values = _values(conditions, results.rows)
     table = experiment_tables.instances_table(instances, known, values)
-    written = [f"written to {arguments.output}"] if arguments.output else []
+    written = []
+    if arguments.output:
+        with written_whole(arguments.output / PAGE) as new:
+            page = experiment_tables.instances_page(instances, known, values)
+            new.write_text(page, encoding="utf-8")
+        written = [f"written to {arguments.output}"]
     told_of = [_told(one, known[one.name], values) for one in instances]
     shown: list[Any] = [table, *_moved(instances, known), *written]
     tell(arguments, {"instances": told_of}, shown)
@@ -75,6 +83,7 @@ def _told(
         "best_known_s": known.expected_detection_time_s,
         "ci95_s": [low_s, high_s],
         "found_by": instance.method,
+        "bound": None if instance.bound is None else vars(instance.bound),
         "methods": {m: value for (name, m), value in values.items() if name == instance.name},
     }
 

@@ -6,6 +6,7 @@ its value is then measured. A known plan is replaced only by one that those part
 
 import argparse
 import json
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,12 +16,14 @@ from planner.experiments.condition import toml_text
 from planner.experiments.instances import (
     FILE,
     Instance,
+    bound_on,
     flown_again,
     instances_path,
     legs_of,
     names_of,
     read_instances,
 )
+from planner.files import written_whole
 from planner.mission.preparation import budget_of, problem_of
 from planner.search.beam import judged
 from planner.search.plan import plan_of_legs
@@ -29,7 +32,9 @@ HEADER = """\
 # Search problems to compare methods on: `planner compare --instances` plans for each of them with
 # every method. `plan` is the best plan of roads known, ! before a road flown against its
 # direction; its value is E[min(tau, horizon)] in seconds on the 4,000 fresh targets of the seed,
-# which no planner sees, with its 95 % interval. tools/freeze_instances.py wrote this file.
+# which no planner sees, with its 95 % interval. `bound_s` is a lower bound on what plans can have
+# on the particles planned with, where the best plan known has `planned_s`: plans over roads, or,
+# where that takes too large a table, any flights. tools/freeze_instances.py wrote this file.
 """
 METHODS = ("best", "lns", "beam")
 GRIDS = (4, 5, 6, 7, 8)
@@ -53,8 +58,8 @@ def _open(name: str, scenario: str, overrides: tuple[str, ...]) -> Instance:
     return Instance(name, scenario, overrides, 1, "", 0.0, 0.0, 0.0, ())
 
 
-def searched(instance: Instance, known: Instance | None, work: int) -> Instance:
-    """Return an instance with the best plan found, or the one known if that is better."""
+def searched(instance: Instance, work: int) -> Instance:
+    """Return an instance with the best plan found, or the one it has if that is better."""
     opened = instance.opened()
     recorder = Recorder(opened)
     futures = recorder.planning().futures
@@ -69,10 +74,10 @@ def searched(instance: Instance, known: Instance | None, work: int) -> Instance:
         )
         legs = [flown.leg for flown in plan.legs[0]]
         candidates.append((judged(problem, plan), name, legs))
-    if known is not None and known.plan:
-        legs = legs_of(opened.network, known.plan)
-        worth = judged(problem, plan_of_legs(problem, known.method, legs))
-        candidates.append((worth, known.method, legs))
+    if instance.plan:
+        legs = legs_of(opened.network, instance.plan)
+        worth = judged(problem, plan_of_legs(problem, instance.method, legs))
+        candidates.append((worth, instance.method, legs))
     _, method, legs = max(candidates, key=lambda candidate: candidate[0])
     found = replace(instance, method=method, plan=tuple(names_of(opened.network, legs)))
     seen = flown_again(found, opened, recorder.evaluation().futures)
@@ -95,6 +100,14 @@ def text_of(instance: Instance) -> str:
         f"high_s = {instance.high_s:.1f}",
         f'plan = "{" ".join(instance.plan)}"',
     ]
+    bound = instance.bound
+    if bound is not None:
+        lines += [
+            f"planned_s = {bound.planned_s:.1f}",
+            f"bound_s = {math.floor(10 * bound.bound_s) / 10:.1f}",  # downwards: it is to hold
+            f"bound_for = {json.dumps(bound.plan_class)}",
+        ]
+        lines += [f"bound_note = {json.dumps(bound.note)}"] if bound.note else []
     return "\n".join(lines) + "\n"
 
 
@@ -104,16 +117,37 @@ def main(argv: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--work", type=int, default=500_000, help="of each search (500,000)")
+    parser.add_argument("--steps", type=int, default=600, help="towards each bound (600)")
+    parser.add_argument(
+        "--bounds-only", action="store_true", help="keep all plans; seek their bounds anew"
+    )
+    parser.add_argument("--only", action="append", help="name of an instance; the others stay")
     parser.add_argument("-o", "--output", type=Path, default=instances_path(), help=f"({FILE})")
     wanted = parser.parse_args(argv)
     old = read_instances(wanted.output) if wanted.output.exists() else []
-    known = {instance.name: instance for instance in old}
-    found = []
-    for instance in problems():
-        found.append(searched(instance, known.get(instance.name), wanted.work))
-        print(f"{instance.name}: {found[-1].value_s:,.1f} s by {found[-1].method}", flush=True)
-    content = "\n".join([HEADER, *map(text_of, found)])
-    wanted.output.write_text(content, encoding="utf-8")
+    found = {one.name: one for one in problems()} | {one.name: one for one in old}
+    unknown = sorted({*wanted.only} - {*found}) if wanted.only else []
+    if unknown:
+        parser.error(f"--only {unknown[0]}: there is no such instance")
+    for name in wanted.only or list(found):
+        if not wanted.bounds_only:
+            found[name] = searched(found[name], wanted.work)
+        one = found[name]
+        futures = Recorder(one.opened()).planning().futures
+        bound = bound_on(one, futures, wanted.steps)
+        found[name] = replace(one, bound=bound)
+        print(
+            f"{name}: {one.value_s:,.1f} s by {one.method}, {bound.gap:.1%} above the bound for "
+            f"{bound.plan_class}",
+            flush=True,
+        )
+        write(wanted.output, [one for one in found.values() if one.plan])
+
+
+def write(path: Path, instances: Sequence[Instance]) -> None:
+    """Write the file, whole or not at all."""
+    with written_whole(path) as new:
+        new.write_text("\n".join([HEADER, *map(text_of, instances)]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ log = logging.getLogger(__name__)
 STUDIES = {  # by name: the module and the function in it, loaded when a condition runs
     "orders": ("orders", "orders_of"),
     "precedence": ("precedence", "precedence_of"),
+    "optimum": ("optimum", "optimum_of"),
 }
 
 
@@ -95,12 +96,15 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
 
 def _fresh(trial: Trial) -> dict[str, Any]:
     low_s, high_s = trial.evaluated.ci95_s
+    by_s = trial.evaluated.by_s
+    found_by = None if by_s is None else trial.evaluated.found_by_probability(by_s)
     return {
         "expected_detection_time_s": trial.evaluated.expected_detection_time_s,
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "detection_probability": trial.evaluated.detection_probability,
         "found_before_goal_probability": trial.evaluated.found_before_goal_probability,
+        "found_by_probability": found_by,
     }
 
 

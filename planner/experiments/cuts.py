@@ -35,8 +35,36 @@ def after(futures: Futures, from_s: Floats) -> Futures:
 
     For a time of infinity it is never there.
     """
-    pieces = [_from(futures, k, from_s[k]) for k in range(len(futures))]
-    return _of_pieces(futures, pieces, futures.gone)
+    first, counts = futures.first_knot[:-1], np.diff(futures.first_knot)
+    particle = np.repeat(np.arange(len(futures)), counts)
+    over = (from_s == np.inf) | (futures.gone & (from_s > futures.end_s))
+    passed = np.bincount(particle[futures.time_s <= from_s[particle]], minlength=len(futures))
+    cut = ~over & (passed > 0)
+    left = _started(futures, (first + passed - 1)[cut], from_s[cut])
+    earliest = np.where(cut, first + passed - 1, first)
+    kept = (np.arange(len(particle)) >= earliest[particle]) & ~over[particle]
+    still = np.bincount(particle[kept], minlength=len(futures))
+    return replace(
+        left,
+        time_s=left.time_s[kept],
+        x_m=left.x_m[kept],
+        y_m=left.y_m[kept],
+        edge=left.edge[kept],
+        first_knot=np.concatenate(([0], np.cumsum(still))),
+    )
+
+
+def _started(futures: Futures, knot: Ints, at_s: Floats) -> Futures:
+    """Return futures in which each of some knots is moved on, to a time before the next one."""
+    time_s, x_m, y_m = futures.time_s.copy(), futures.x_m.copy(), futures.y_m.copy()
+    rests = np.isin(knot + 1, futures.first_knot)
+    following = np.where(rests, knot, knot + 1)
+    lasts_s = np.where(rests, 1.0, time_s[following] - time_s[knot])
+    for column in (x_m, y_m):
+        slope = (column[following] - column[knot]) / lasts_s
+        column[knot] = slope * (at_s - time_s[knot]) + column[knot]
+    time_s[knot] = at_s
+    return replace(futures, time_s=time_s, x_m=x_m, y_m=y_m)
 
 
 def _piece(futures: Futures, k: int) -> Piece:
@@ -53,23 +81,6 @@ def _until(futures: Futures, k: int, stop_s: float) -> Piece:
         np.append(x_m[:kept], stop_x_m),
         np.append(y_m[:kept], stop_y_m),
         np.append(edge[:kept], NO_EDGE),
-    )
-
-
-def _from(futures: Futures, k: int, from_s: float) -> Piece:
-    time_s, x_m, y_m, edge = _piece(futures, k)
-    over = futures.gone[k] and from_s > futures.end_s[k]
-    if len(time_s) == 0 or from_s == np.inf or over:
-        return time_s[:0], x_m[:0], y_m[:0], edge[:0]
-    if from_s <= time_s[0]:
-        return time_s, x_m, y_m, edge
-    kept = int(np.searchsorted(time_s, from_s, side="right"))
-    start_x_m, start_y_m = futures.xy(k, from_s)
-    return (
-        np.append(from_s, time_s[kept:]),
-        np.append(start_x_m, x_m[kept:]),
-        np.append(start_y_m, y_m[kept:]),
-        edge[kept - 1 :],
     )
 
 

@@ -17,7 +17,8 @@ from planner.wording import shown, suggestion
 METHOD, SEED, BLOCK = "method", "seed", "block"
 PARTICLES = "search.particles"
 QUICK_TARGETS, QUICK_POINTS, QUICK_SEEDS = 1000, 2, 2
-QUICK = (f"{PARTICLES}=256", "search.work=2000")
+QUICK_PARTICLES = 256
+QUICK = (f"{PARTICLES}={QUICK_PARTICLES}", "search.work=2000")
 
 
 @dataclass(frozen=True)
@@ -152,7 +153,7 @@ def _value(draft: Any, key: str) -> Any:
 
 def _ends(key: str, levels: Sequence[Any]) -> Sequence[Any]:
     if key == PARTICLES:
-        return sorted(levels)[:2]
+        return sorted({min(level, QUICK_PARTICLES) for level in levels})[:2]
     return levels if key == METHOD or len(levels) < 2 else (levels[0], levels[-1])
 
 

@@ -6,20 +6,38 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner.belief.opening import Opened, open_scenario
 from planner.detection.evaluation import Evaluation, evaluate
-from planner.errors import InputError
+from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
 from planner.files import shipped
 from planner.futures.futures import Futures
 from planner.mission.preparation import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.scenario_source import scenario_path
+from planner.search.certificate import Effort, certified, earliest, gap_of
 from planner.search.plan import plan_of_legs
 
 HOME, FILE = "grid5x5", "instances.toml"
 AGAINST = "!"  # before the name of a road that is flown against its direction
 KEYS = ("name", "scenario", "seed", "set", "method", "value_s", "low_s", "high_s", "plan")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What no plan can pass on the particles planned with, beside the best plan known."""
+
+    planned_s: float  # the best plan's figure on these particles
+    bound_s: float
+    plan_class: str  # of which it holds: "roads", or "free", any flight whatever
+    note: str = ""  # why there is none for plans over roads alone
+
+    @property
+    def gap(self) -> float:
+        """By what share of the bound the plan is above it."""
+        return gap_of(self.planned_s, self.bound_s)
 
 
 @dataclass(frozen=True)
@@ -35,6 +53,7 @@ class Instance:
     low_s: float  # 95 % interval
     high_s: float
     plan: tuple[str, ...]  # names of roads in the order flown
+    bound: "Bound | None" = None
 
     def condition(self, method: str) -> Condition:
         """Return the condition in which a method plans for this instance."""
@@ -92,6 +111,16 @@ def _instance(table: Mapping[str, Any]) -> Instance:
         low_s=table["low_s"],
         high_s=table["high_s"],
         plan=tuple(table["plan"].split()),
+        bound=_bound(table) if "bound_s" in table else None,
+    )
+
+
+def _bound(table: Mapping[str, Any]) -> Bound:
+    return Bound(
+        planned_s=table["planned_s"],
+        bound_s=table["bound_s"],
+        plan_class=table["bound_for"],
+        note=table.get("bound_note", ""),
     )
 
 
@@ -106,6 +135,28 @@ def flown_again(instance: Instance, opened: Opened, fresh: Futures) -> Evaluatio
     problem = problem_of(opened, fresh)
     plan = plan_of_legs(problem, "best known", legs_of(opened.network, instance.plan))
     return evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
+
+
+def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
+    """Return a bound on the particles planned with; for any flight where none is for roads.
+
+    Parameters
+    ----------
+    steps
+        Of the search for a better bound; each leaves one that holds.
+    """
+    opened = instance.opened()
+    problem = problem_of(opened, futures)
+    legs = legs_of(opened.network, instance.plan)
+    plan = plan_of_legs(problem, "best known", legs)
+    try:
+        found = certified(problem, plan, Effort(steps=steps))
+        return Bound(found.value, found.bound, found.plan_class)
+    except NotApplicableError as error:
+        flown = evaluate(plan.tracks, futures, problem.sensor, problem.horizon_s)
+        least_s = np.minimum(earliest(problem), problem.horizon_s)
+        bound_s = float(futures.weight @ least_s)
+        return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))
 
 
 def legs_of(network: RoadNetwork, names: Iterable[str]) -> list[int]:

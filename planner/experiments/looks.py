@@ -60,15 +60,17 @@ def looked(
     at_s: list[Floats] = []
     share: list[float] = []
     missed = 1.0
-    left = futures
+    left, still = futures, np.arange(len(futures))  # those that a look has yet to find
     while True:
         seen = np.full(len(left), np.inf)
         for track in tracks:
             np.minimum(seen, first_detection(left, track, sensor.radius_m), out=seen)
-        at_s.append(seen)
+        at_s.append(np.full(len(futures), np.inf))
+        at_s[-1][still] = seen
         share.append(missed * detects)
         missed *= 1.0 - detects
-        if missed <= FORGET or not np.isfinite(seen).any():
+        again = np.isfinite(seen)
+        if missed <= FORGET or not again.any():
             break
-        left = after(left, seen + AGAIN_S)
+        left, still = after(left.take(again), seen[again] + AGAIN_S), still[again]
     return Looks(np.array(at_s), np.array(share))

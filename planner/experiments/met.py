@@ -10,6 +10,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.opening import Opened, open_scenario
+from planner.belief.particles import Particles
 from planner.belief.sampling import sample
 from planner.errors import InputError
 from planner.experiments.condition import Condition
@@ -55,7 +56,18 @@ def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1)
     return _on_route(target_set, _met[key]) if target_set.route else _met[key]
 
 
-def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> Met:
+def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
+    """Return a set's targets before SUMO drives them, on all routes.
+
+    Raises
+    ------
+    PlannerError
+        If the scenario is at fault.
+    """
+    return _enumerated(target_set, opened_with(target_set, condition))
+
+
+def _enumerated(target_set: TargetSet, opened: Opened) -> Particles:
     prior = opened.truth_prior
     prior = replace(
         prior,
@@ -64,7 +76,12 @@ def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> Met:
     )
     horizon_s = opened.scenario.search.horizon_s
     rng = stream(0, "target set")  # of the seeds of SUMO's driver alone
-    particles = sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+    return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+
+
+def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> Met:
+    particles = _enumerated(target_set, opened)
+    horizon_s = opened.scenario.search.horizon_s
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
     recording = recorded(
         opened.network, particles, horizon_s=horizon_s, scenario=described, workers=workers
@@ -103,6 +120,9 @@ def _figures(
         "found_before_goal_probability": min(1.0, float(weight @ before)),
         "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
     }
+    if problem.by_s is not None:
+        by = seen.found_by(np.full(len(weight), problem.by_s))
+        figures["found_by_probability"] = min(1.0, float(weight @ by))
     if target_set.by_route:
         figures["routes"] = _by_route(met.route, weight, time_s)
     return figures

@@ -1,4 +1,8 @@
-"""Processes that run conditions; one that is killed takes nothing with it."""
+"""Processes that run conditions; one that is killed takes nothing with it.
+
+They are the standard library's, not joblib's: a killed process breaks both pools alike, but only
+these know their parent, and end with it however it ends.
+"""
 
 import logging
 import multiprocessing
@@ -75,11 +79,6 @@ def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]
                     )
                     yield waiting.pop(0), Outcome({"reason": reason}, {}, final=False)
                     tries = 0
-
-
-def _killed() -> Outcome:
-    reason = f"the process that ran it was killed {TRIES + 1} times; is memory short?"
-    return Outcome({"reason": reason}, {}, final=False)
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:

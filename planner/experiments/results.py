@@ -23,6 +23,7 @@ FIGURES: dict[str, Kind] = {
     "ci95_high_s": "float64",
     "detection_probability": "float64",
     "found_before_goal_probability": "float64",
+    "found_by_probability": "float64",  # by search.by_s; null where that is not the objective
     "planned_s": "float64",  # the same expectation on the futures planned with
     "roads": "int64",
     "work": "int64",  # units that the search counts; null for methods that count none
@@ -35,6 +36,7 @@ FRESH_ONLY = (  # figures that each set of targets has its own of, or none
     "ci95_high_s",
     "detection_probability",
     "found_before_goal_probability",
+    "found_by_probability",
 )
 TIMING: dict[str, Kind] = {"planning_s": "float64", "whole_s": "float64", "host": "string"}
 

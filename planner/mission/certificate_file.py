@@ -34,7 +34,7 @@ def certificate_content(problem: Problem, certificate: Certificate) -> dict[str,
 def write_certificate(
     folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
 ) -> None:
-    """Write prices, the particles' weights and motion, the net, and the plan with what it is told."""
+    """Write prices, particles and net, and the plan with what it is told."""
     futures = problem.futures
     count = np.arange(len(futures), dtype=np.int32)
     proof = sorted(certificate.proof.items())

@@ -282,7 +282,7 @@ def _far_from_best(rows: Sequence[Row]) -> Claim:
                 greedy.seconds,
                 best.seconds,
                 saved.change,
-                f"{shares[-1]:.1%}",
+                f"{100 * shares[-1]:.1f} %",
                 early.seconds,
             )
         )
@@ -291,8 +291,8 @@ def _far_from_best(rows: Sequence[Row]) -> Claim:
         "Section 4.2",
         f"{PRESET}; `best` of this package with the same take-off, and with one at 1 s",
         "reproduced" if max(shares, default=0.0) > 0.1 else "not reproduced",
-        f"With the same take-off at 300 s greedy takes {min(shares):.1%} to {max(shares):.1%} "
-        "longer than `best`, by distance.",
+        f"With the same take-off at 300 s greedy takes {100 * min(shares):.1f} % to "
+        f"{100 * max(shares):.1f} % longer than `best`, by distance.",
         markdown_table(
             ["u0", "greedy", "best at 300 s", "greedy minus best", "share", "best at 1 s"], lines
         ),

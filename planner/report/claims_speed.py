@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from planner.report.claims import Claim, Found, markdown_table
+from planner.report.claims import Claim, Found, Verdict, markdown_table
 from planner.report.claims_distance import EXHAUSTIVE, GREEDY, HORIZON_S
 from planner.report.estimates import (
     FOUND,
@@ -22,6 +22,12 @@ READING = (
     "preset `paper`, targets at 15, 20 and 25 m/s, over all 252 paths and on EESSSEESSE; paired "
     "by seed"
 )
+UNDER = 0.99  # of the horizon
+EDGE = (
+    "Targets at 15 m/s from the origin are the edge of what the UAV believes: all its particles "
+    "start further on and are faster, so that a plan which has met all of them can still miss a "
+    "target that lags behind; fast ones sit at their goal sooner, where all plans pass in the end."
+)
 
 
 def claims(found: Found) -> Iterator[Claim]:
@@ -35,32 +41,38 @@ def claims(found: Found) -> Iterator[Claim]:
     yield _arrives(found)
 
 
-def _slower(rows: Sequence[Row], who: Mapping[str, Any], path: str, u0: float) -> Estimate | None:
-    """Return by how much longer the fastest targets take to be found than the slowest."""
+def _longer(
+    rows: Sequence[Row], who: Mapping[str, Any], path: str, u0: float, slower: int = SPEEDS[0]
+) -> Estimate | None:
+    """Return by how much longer the fastest targets take to be found than slower ones."""
     fast, slow = (
         chosen(rows, {**who, U0: u0, "targets": f"{path}, {speed} m/s"})
-        for speed in (SPEEDS[-1], SPEEDS[0])
+        for speed in (SPEEDS[-1], slower)
     )
     return difference(fast, slow)
 
 
 def _grows_with_speed(rows: Sequence[Row]) -> Claim:
     lines, signs = [], {"greedy": [0, 0], "exhaustive": [0, 0]}
+    middle = [0, 0]
     for u0 in sorted(levels(rows, U0)):
         cells = [f"{u0 / 1000:.0f} km"]
         for name, who in (("greedy", GREEDY), ("exhaustive", EXHAUSTIVE)):
             for path in (ALL, PATHS[3]):
-                one = _slower(rows, who, path, u0)
+                one = _longer(rows, who, path, u0)
                 cells.append(one.change if one else "-")
-                if one and path == ALL:
-                    signs[name][0] += one.low > 0
-                    signs[name][1] += one.high < 0
+                if path == ALL:
+                    _count(signs[name], one)
+        from_20 = _longer(rows, GREEDY, ALL, u0, SPEEDS[1])
+        cells.append(from_20.change if from_20 else "-")
+        _count(middle, from_20)
         lines.append(cells)
     told = "; ".join(
         f"{name}: longer at {up} distances, shorter at {down}, of {len(lines)}"
         for name, (up, down) in signs.items()
     )
     falls = sum(down for _, down in signs.values())
+    header = ["u0", "greedy, all paths", "greedy, one path", "exhaustive, all", "exhaustive, one"]
     return Claim(
         "In both search methods, by increasing the velocity of the target, the detection time "
         "increases",
@@ -68,12 +80,17 @@ def _grows_with_speed(rows: Sequence[Row]) -> Claim:
         READING,
         "in part" if falls else "reproduced",
         f"From 15 to 25 m/s the mean detection time over all paths gets, {told}. Where neither, "
-        "no target of either speed is found in time, or chance explains it.",
-        markdown_table(
-            ["u0", "greedy, all paths", "greedy, one path", "exhaustive, all", "exhaustive, one"],
-            lines,
-        ),
+        f"no target of either speed is found in time, or chance explains it. {EDGE} From 20 to 25 "
+        f"m/s greedy's gets longer at {middle[0]} distances and shorter at {middle[1]}.",
+        markdown_table([*header, "greedy, all, from 20 to 25 m/s"], lines),
     )
+
+
+def _count(signs: list[int], one: Estimate | None) -> None:
+    """Count an increase or a decrease that chance does not explain."""
+    if one:
+        signs[0] += one.low > 0
+        signs[1] += one.high < 0
 
 
 def _earlier_failure(rows: Sequence[Row]) -> Claim:
@@ -102,7 +119,7 @@ def _earlier_failure(rows: Sequence[Row]) -> Claim:
 
 def _stays_under(rows: Sequence[Row]) -> Claim:
     means = [
-        (one, path, speed, u0)
+        (one.within(0.0, HORIZON_S), path, speed, u0)
         for path in (ALL, PATHS[3])
         for speed in SPEEDS
         for u0 in levels(rows, U0)
@@ -110,14 +127,30 @@ def _stays_under(rows: Sequence[Row]) -> Claim:
         if one
     ]
     worst, path, speed, u0 = max(means, key=lambda item: item[0].mean)
+    above = {one_path for one, one_path, _, _ in means if one.high >= UNDER * HORIZON_S}
+    verdict: Verdict = "not reproduced" if ALL in above else "in part" if above else "reproduced"
     return Claim(
         "In simulation-aided search the detection time stays considerably under 10,000 s for all "
         "three velocities",
         "Section 5",
-        READING,
-        "reproduced" if worst.high < 0.99 * HORIZON_S else "not reproduced",
-        f"The largest mean is {worst.seconds}: {path}, {speed} m/s, {u0 / 1000:.0f} km.",
+        f"{READING}; a mean is under if the upper end of its interval is below 9,900 s",
+        verdict,
+        f"The largest mean is {worst.seconds}: {path}, {speed} m/s, {u0 / 1000:.0f} km. {EDGE} "
+        "The table has how many targets greedy finds at all.",
+        _found_table(rows),
     )
+
+
+def _found_table(rows: Sequence[Row]) -> str:
+    lines = []
+    for u0 in sorted(levels(rows, U0)):
+        found = [
+            estimate(rows, {**GREEDY, U0: u0, "targets": f"{ALL}, {speed} m/s"}, FOUND)
+            for speed in SPEEDS
+        ]
+        cells = [one.percent if one else "-" for one in found]
+        lines.append([f"{u0 / 1000:.0f} km", *cells])
+    return markdown_table(["u0", *(f"found, {speed} m/s" for speed in SPEEDS)], lines)
 
 
 def _arrives(found: Found) -> Claim:

@@ -1,7 +1,7 @@
 """Means over seeds, paired differences and their 95 % intervals, from rows of experiments."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from planner.report.experiment_tables import student_interval
@@ -45,9 +45,12 @@ class Estimate:
         return self._text(lambda value: f"{100 * value:.1f}", "%")
 
     def _text(self, shown: Callable[[float], str], unit: str) -> str:
-        if self.high - self.low < 1e-9:
-            return f"{shown(self.mean)} {unit}"
-        return f"{shown(self.mean)} {unit} ({shown(self.low)} to {shown(self.high)})"
+        low, high = shown(self.low), shown(self.high)
+        return f"{shown(self.mean)} {unit}" + (f" ({low} to {high})" if low != high else "")
+
+    def within(self, least: float, most: float) -> "Estimate":
+        """Return it with an interval that goes no further than values can."""
+        return replace(self, low=max(least, self.low), high=min(most, self.high))
 
 
 def chosen(rows: Iterable[Row], where: Mapping[str, Any]) -> list[Row]:
@@ -69,7 +72,10 @@ def estimate(
 ) -> Estimate | None:
     """Return the mean of a figure over the seeds of rows that have these values, None without."""
     values = _by_seed(chosen(rows, where), figure)
-    return Estimate.of(list(values.values())) if values else None
+    if not values:
+        return None
+    found = Estimate.of(list(values.values()))
+    return found.within(0.0, 1.0) if figure.endswith("probability") else found
 
 
 def difference(

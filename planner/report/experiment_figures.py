@@ -133,8 +133,9 @@ def particles(rows: Sequence[Row], folder: Path) -> str:
             axes.set(xscale="log", xlabel="particles", ylabel="s")
             axes.set_title(title, loc="left")
             axes.grid(color="#e8e8e8")
-        panels[0].legend(frameon=False)
-        figure.tight_layout()
+        handles, names = panels[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="lower center", ncols=6, frameon=False)
+        figure.tight_layout(rect=(0, 0.08, 1, 1))
     return "particles"
 
 
@@ -180,4 +181,4 @@ def _drawn(folder: Path, stem: str, size_inch: tuple[float, float]) -> Iterator[
         yield figure
         for kind in (".png", ".svg"):
             with written_whole(folder / f"{stem}{kind}") as new:
-                figure.savefig(new, format=kind[1:], dpi=100, **AS_FILE[kind])
+                figure.savefig(new, format=kind[1:], dpi=90, **AS_FILE[kind])

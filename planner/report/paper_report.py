@@ -1,15 +1,19 @@
 """One report on all experiments of the paper: a page of claims, with figures."""
 
+import csv
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from planner.experiments.run import Results
 from planner.files import written_whole
 from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
 from planner.report import experiment_figures as figures
 from planner.report.claims import Claim, judged, page
+from planner.report.estimates import FOUND, U0, Row, estimate
 
-PAGE = "claims.md"
+PAGE, CURVES = "claims.md", "curves.csv"
+CURVE = ("targets", "block", "method", U0)
 JUDGES = (
     claims_distance.claims,
     claims_speed.claims,
@@ -28,6 +32,7 @@ to chance.
 QUICK = """
 **This is a quick run: few levels, seeds and particles. It shows that all works, and no more.**
 """
+NUMBERS = f"The numbers of Figures 8 and 9 stand in [{CURVES}]({CURVES}), bands are 95 % intervals."
 CAPTIONS = {
     "figure8": "Average detection time on four paths, speeds from 15 to 25 m/s (Figure 8)",
     "figure8-20mps": "The same at 20 m/s",
@@ -39,7 +44,7 @@ CAPTIONS = {
 
 
 def write_report(folder: Path, found: Mapping[str, Results], *, quick: bool) -> Path:
-    """Write the page of claims and its figures, and return the page's path.
+    """Write the page of claims, its figures and their numbers, and return the page's path.
 
     Parameters
     ----------
@@ -49,13 +54,31 @@ def write_report(folder: Path, found: Mapping[str, Results], *, quick: bool) -> 
         Whether they are too small to say anything, which the page then says.
     """
     stems = drawn(folder, found)
+    write_curves(folder / CURVES, found)
     pictures = [f"![{CAPTIONS[stem]}]({stem}.png)\n*{CAPTIONS[stem]}.*" for stem in stems]
     parts = [HEAD + (QUICK if quick else ""), page(claims_of(found))]
     if pictures:
-        parts.append("\n\n".join(["## Figures", *pictures]) + "\n")
+        parts.append("\n\n".join(["## Figures", NUMBERS, *pictures]) + "\n")
     with written_whole(folder / PAGE) as new:
         new.write_text("\n".join(parts), encoding="utf-8")
     return folder / PAGE
+
+
+def write_curves(path: Path, found: Mapping[str, Results]) -> None:
+    """Write the means and intervals over seeds that Figures 8 and 9 are drawn from, as a table."""
+    with written_whole(path) as new, new.open("w", newline="", encoding="utf-8") as to:
+        table = csv.writer(to, lineterminator="\n")
+        table.writerow(["figure", *CURVE, "mean_s", "low_s", "high_s", "detection_probability"])
+        for figure in ("figure8", "figure9"):
+            rows = found[figure].rows if figure in found else ()
+            groups: dict[tuple[Any, ...], list[Row]] = {}
+            for row in rows:
+                groups.setdefault(tuple(row[key] for key in CURVE), []).append(row)
+            for key, group in groups.items():
+                time_s, share = estimate(group, {}), estimate(group, {}, FOUND)
+                if time_s and share:
+                    shown = [f"{value:.1f}" for value in (time_s.mean, time_s.low, time_s.high)]
+                    table.writerow([figure, *key, *shown, f"{share.mean:.4f}"])
 
 
 def claims_of(found: Mapping[str, Results]) -> list[Claim]:

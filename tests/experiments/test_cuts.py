@@ -29,6 +29,26 @@ def test_after_a_time_the_motion_is_the_same(futures: Futures) -> None:
     assert cut.weight.tolist() == futures.weight.tolist()
 
 
+def test_all_at_once_is_one_by_one(futures: Futures) -> None:
+    rng = np.random.default_rng(5)
+    many = futures.take(rng.integers(0, len(futures), 200))
+    knots = rng.choice(many.time_s, 200)  # some cuts lie on a knot
+    from_s = np.where(rng.random(200) < 0.3, knots, rng.uniform(-50.0, 700.0, 200))
+    from_s[rng.random(200) < 0.1] = np.inf
+    cut = after(many, from_s)
+    for k, start_s in enumerate(from_s):
+        left = slice(many.first_knot[k], many.first_knot[k + 1])
+        times = many.time_s[left][many.time_s[left] > start_s]
+        if start_s == np.inf or (many.gone[k] and start_s > many.end_s[k]):
+            times = times[:0]
+        elif start_s >= many.time_s[left][0]:
+            times = np.append(start_s, times)
+        mine = slice(cut.first_knot[k], cut.first_knot[k + 1])
+        np.testing.assert_array_equal(cut.time_s[mine], times)
+        places = np.stack([cut.x_m[mine], cut.y_m[mine]], axis=-1)
+        np.testing.assert_allclose(places, many.xy(k, times), atol=1e-9)
+
+
 def test_after_its_end_a_particle_rests_or_is_gone(futures: Futures) -> None:
     cut = after(futures, np.array([450.0, np.inf, 0.0]))
     counts = np.diff(cut.first_knot).tolist()

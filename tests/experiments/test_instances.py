@@ -7,17 +7,20 @@ import pytest
 from command_line import Commands
 from instances import figure3
 from planner import commands_instances
+from planner.detection.evaluation import evaluate
 from planner.errors import InputError
 from planner.experiments.instances import (
     Instance,
+    bound_on,
     flown_again,
     instances_path,
     legs_of,
     names_of,
     read_instances,
 )
-from planner.mission.preparation import Recorder
-from planner.search.methods import METHODS
+from planner.mission.preparation import Recorder, make_plan, problem_of
+from planner.search import bound
+from planner.search.methods import METHODS, method_named
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,30 @@ def test_there_are_enough_and_each_is_sound(instances: list[Instance]) -> None:
         assert legs
         assert names_of(network, legs) == list(one.plan)
         assert one.low_s < one.value_s < one.high_s
+        assert one.bound is not None
+        assert 0.0 < one.bound.bound_s <= one.bound.planned_s + 0.1
+        assert (one.bound.plan_class == "free") == bool(one.bound.note)
+
+
+def test_a_bound_is_for_roads_or_for_any_flight(
+    instances: list[Instance], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = next(one for one in instances if one.name == "figure3, 60 km")
+    opened = one.opened()
+    recorder = Recorder(opened, 1)
+    futures = recorder.planning().futures
+    roads = bound_on(one, futures, 20)
+    problem = problem_of(opened, futures)
+    best = make_plan(method_named("exact"), opened, recorder, futures)
+    seen = evaluate(best.tracks, futures, problem.sensor, problem.horizon_s)
+    assert (roads.plan_class, roads.note) == ("roads", "")
+    assert roads.bound_s <= seen.expected_detection_time_s
+    assert roads.gap == pytest.approx(roads.planned_s / roads.bound_s - 1.0)
+    monkeypatch.setattr(bound, "MOST_CELLS", 10)
+    free = bound_on(one, futures, 20)
+    assert (free.plan_class, free.planned_s) == ("free", pytest.approx(roads.planned_s))
+    assert 600.0 - 2.0 <= free.bound_s <= roads.bound_s  # 60 km at 100 m/s, less the radius
+    assert "take a smaller net" in free.note
 
 
 def test_a_plan_known_is_worth_what_was_written_down(instances: list[Instance]) -> None:
@@ -60,6 +87,12 @@ def test_compare_on_instances(
     assert set(told["methods"]) == {method.name for method in METHODS}
     assert told["methods"]["exact"] >= told["best_known_s"] - 0.05 * told["best_known_s"]
     assert told["methods"]["random"] > told["best_known_s"]
+    page = (tmp_path / "out" / "instances.md").read_text()
+    header, _, line = page.splitlines()[-3:]
+    assert header.split(" | ")[-1] == f"{METHODS[-1].name} |"
+    assert line.startswith(f"| {told['instance']} | ")
+    assert f"| {100 * (told['methods']['random'] / told['best_known_s'] - 1):+.1f} % |" in line
+    assert told["bound"]["plan_class"] == "roads"
     said = run("compare", "--instances", "-o", tmp_path / "out", "-j", 1)
     assert said.code == 0
     assert "best known" in said.out

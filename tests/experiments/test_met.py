@@ -1,5 +1,6 @@
 """Plans meet enumerated targets: against the planner's own figures where the two are the same."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,11 +8,15 @@ import pytest
 
 from planner.errors import InputError
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import conduct
+from planner.experiments.conduct import conduct, opened_of
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.met import targets_of
+from planner.experiments.results import rows_of
 from planner.experiments.target_set import TargetSet
 from planner.files import shipped
+from planner.mission.preparation import Recorder
+from planner.mission.trial import try_method
+from planner.search.methods import method_named
 
 
 def condition(scenario: str, method: str, *sets: TargetSet, **other: object) -> Condition:
@@ -24,7 +29,7 @@ def condition(scenario: str, method: str, *sets: TargetSet, **other: object) -> 
         overrides=overrides,  # type: ignore[arg-type]
         method=method,
         seed=1,
-        targets=0,
+        targets=other.pop("targets", 0),  # type: ignore[arg-type]
         sets=sets,
         place=folder / "scenario.toml",
     )
@@ -54,6 +59,31 @@ def test_a_sensor_that_misses_takes_longer() -> None:
     found = conduct(condition("figure3", "greedy", *sets)).figures["sets"]
     times = [found[one.name]["expected_detection_time_s"] for one in sets]
     assert times[0] < times[1]
+
+
+def test_a_deadline_has_a_figure_of_its_own() -> None:
+    deadline = ('search.objective="probability"', "search.by_s=500")
+    both = (TargetSet("all"), TargetSet("misses", detects=0.5))
+    one = condition("figure3", "best", *both, overrides=deadline)
+    opened = opened_of(one)
+    recorder = Recorder(opened, 1)
+    futures = recorder.planning().futures
+    seen = try_method(method_named("best"), recorder, futures, futures).evaluated
+    sets = conduct(one).figures["sets"]
+    found = sets["all"]["found_by_probability"]
+    assert 0.0 < found < sets["all"]["detection_probability"]
+    assert found == pytest.approx(seen.found_by_probability(500.0))
+    assert sets["misses"]["found_by_probability"] < found
+    fresh = conduct(replace(one, sets=(), targets=50)).figures
+    there = recorder.evaluation(50).futures
+    again = try_method(method_named("best"), recorder, futures, there).evaluated
+    assert fresh["found_by_probability"] == again.found_by_probability(500.0)
+    assert conduct(condition("figure3", "best", targets=50)).figures["found_by_probability"] is None
+    rows = rows_of(one, {"sets": sets})
+    assert [row["found_by_probability"] for row in rows] == [
+        found,
+        sets["misses"]["found_by_probability"],
+    ]
 
 
 def test_the_truth_of_a_set_is_its_own() -> None:

@@ -10,6 +10,7 @@ import pytest
 from instances import figure1, grid
 from planner.experiments.condition import Condition
 from planner.experiments.experiment_file import read_experiment
+from planner.experiments.optimum import BOUND, optimum_of
 from planner.experiments.orders import orders_of
 from planner.experiments.precedence import last_in_first_out, precedence_of
 from planner.experiments.run import run
@@ -36,6 +37,22 @@ def test_all_orders_of_figure3() -> None:
     drawn, mean = rows["500 random orders: mean"], rows["all orders: mean"]
     apart = drawn["expected_detection_time_s"] - mean["expected_detection_time_s"]
     assert abs(apart) < 4 * drawn["standard_error_s"]
+
+
+def test_no_plan_is_better_than_the_bound() -> None:
+    quick = read_experiment("optimum").only(["uav.start.distance_m=120000"]).quick()
+    condition = quick.conditions()[0]
+    small = replace(
+        condition, overrides=(*condition.overrides, "search.particles=64", "search.work=16000")
+    )
+    rows = {row["what"]: row for row in optimum_of(small)["rows"]}
+    bound = rows.pop(BOUND)["expected_detection_time_s"]
+    assert set(rows) == {"greedy", "lookahead", "best"}
+    for row in rows.values():
+        value = row["expected_detection_time_s"]
+        assert value >= bound > 1200.0  # nobody is met sooner than 120 km and 300 s take
+        assert row["gap"] == pytest.approx(value / bound - 1.0)
+    assert rows["best"]["gap"] < rows["greedy"]["gap"]
 
 
 def test_precedence_finds_all_and_breadth_first_does_not() -> None:

@@ -5,11 +5,12 @@ from typing import Any
 import pytest
 
 from experiment_results import exhaustive_until, figure8, figure9
+from planner.experiments.optimum import BOUND
 from planner.experiments.run import Results
 from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
 from planner.report.claims import Claim, Found, markdown_table, page
 from planner.report.estimates import EXPECTED, FOUND, U0
-from planner.report.experiment_figures import ALL
+from planner.report.experiment_figures import ALL, PATHS
 
 
 def judged(found: Found, judge: Any, start: str) -> Claim:
@@ -77,6 +78,55 @@ def test_time_grows_with_speed(slope: float, verdict: str) -> None:
     assert judged(found, claims_speed.claims, "The target reaches").verdict == "reproduced"
 
 
+def test_single_paths_may_take_too_long_where_all_do_not() -> None:
+    start = "In simulation-aided search the detection time stays"
+    results = figure9(10.0)
+    assert judged({"figure9": results}, claims_speed.claims, start).verdict == "reproduced"
+    for late, verdict in (((PATHS[3],), "in part"), ((PATHS[3], ALL), "not reproduced")):
+        rows = [
+            row | {EXPECTED: 9_990.0} if row["targets"].startswith(late) else row
+            for row in results.rows
+        ]
+        slow = {"figure9": Results(tuple(rows), 0, results.figures)}
+        assert judged(slow, claims_speed.claims, start).verdict == verdict
+
+
+def test_plans_beside_a_bound() -> None:
+    rows = [
+        {"what": what, "seed": seed, U0: 60e3, EXPECTED: value + seed, "gap": gap}
+        for what, value, gap in (("greedy", 1500.0, 0.5), (BOUND, 1000.0, 0.0))
+        for seed in (1, 2)
+    ]
+    found = {"optimum": Results(tuple(rows), 2, {})}
+    claim = judged(found, claims_orders.claims, "How far from optimal")
+    assert "50 to 50 % above" in claim.finding
+    assert claim.table.endswith(
+        "| 60 km | 1,002 s (995 to 1,008) | 1,502 s (1,495 to 1,508) | 50.0 % |"
+    )
+
+
+def test_random_orders_check_the_mean_of_all() -> None:
+    row = {"target.at_sink": "gone", "uav.start.x_m": -30e3, "orders": 645_120, "seed": 1}
+    values = (
+        ("all orders: mean", 1000.0, 0.5, None),
+        ("all orders: best", 800.0, 0.0, None),
+        ("500 random orders: mean", 1030.0, 0.6, 20.0),
+        ("greedy", 900.0, 0.0123, None),
+    )
+    rows = [
+        row | {"what": what, EXPECTED: value, "orders_better": better, "standard_error_s": error}
+        for what, value, better, error in values
+    ]
+    found = {"section4": Results(tuple(rows), 1, {})}
+    claim = judged(found, claims_orders.claims, "7 road segments")
+    assert "is 1.5 to 1.5 standard errors" in claim.finding
+    assert "| 1,030 s ± 20 |" in claim.table
+    assert "| 900 s (1.23 %) |" in claim.table
+    good = judged(found, claims_orders.claims, "The greedy algorithm works")
+    assert good.verdict == "reproduced"
+    assert "12.5 % to 12.5 % above" in good.finding
+
+
 def section3(missed: float, certain: float) -> Results:
     orders = ("breadth-first", "optimised, as printed", "topological, shortest")
     rows = [
@@ -140,7 +190,61 @@ def test_sixteen_roads_and_readings(gain_s: float, verdict: str) -> None:
     assert judged(found, claims_knowledge.claims, "A path of 16").verdict == verdict
     claim = judged(found, claims_knowledge.claims, "Which reading")
     assert "`greedy.miss = infinity` | +500 s" in claim.table
-    assert "25%" in claim.finding
+    assert "is 25 %: `greedy.miss = infinity` at 60 km, +500 s" in claim.finding
+
+
+def test_a_change_within_chance_is_not_the_largest() -> None:
+    results = readings(5.0)
+    noisy = [
+        row | {EXPECTED: row[EXPECTED] + 1e3 * (row["block"] == "miss" and row["seed"] == 1)}
+        for row in results.rows
+    ]
+    claim = judged(
+        {"readings": Results(tuple(noisy), 0, {})}, claims_knowledge.claims, "Which reading"
+    )
+    assert "is 0 %: none is more than chance" in claim.finding
+
+
+def beliefs(blind_s: float, turns_s: float) -> Results:
+    base, known, turns = claims_knowledge.BASE, claims_knowledge.KNOWN, claims_knowledge.TURNS
+    values = {
+        (base, known): 2000.0,
+        (base, turns): 2000.0 + turns_s,
+        (base, "stop on the way"): 2600.0,
+        ("start anywhere", known): 2000.0 + blind_s,
+        (turns, turns): 2000.0,
+    }
+    rows = [
+        {
+            "block": block,
+            "method": "greedy",
+            "targets": targets,
+            U0: 60e3,
+            "seed": seed,
+            EXPECTED: value + seed,
+            FOUND: 0.9,
+            "found_before_goal_probability": 0.8,
+        }
+        for (block, targets), value in values.items()
+        for seed in (1, 2)
+    ]
+    return Results(tuple(rows), len(rows), {})
+
+
+@pytest.mark.parametrize(
+    ("blind_s", "turns_s", "verdict"),
+    [(300.0, 50.0, "reproduced"), (300.0, -50.0, "in part"), (-300.0, -50.0, "not reproduced")],
+)
+def test_knowledge_is_worth_something(blind_s: float, turns_s: float, verdict: str) -> None:
+    found = {"beliefs": beliefs(blind_s, turns_s)}
+    claim = judged(found, claims_knowledge.claims, "A system that uses all")
+    assert claim.verdict == verdict
+    assert (
+        f"turns taken for equal | greedy | 60 km | {claims_knowledge.TURNS} | {turns_s:+.0f} s"
+        in (claim.table)
+    )
+    wrong = judged(found, claims_knowledge.claims, "What does a wrong belief cost?")
+    assert wrong.finding == "It costs greedy at 60 km most, +600 s: stop on the way."
 
 
 def test_the_page_has_each_claim_once_in_short_and_in_full() -> None:

@@ -38,6 +38,24 @@ def test_a_single_value_has_no_width() -> None:
     assert Estimate.of([0.5]).percent == "50.0 %"
 
 
+def test_an_interval_that_would_show_as_its_middle_is_left_out() -> None:
+    assert Estimate(10.1, 10.0, 10.2, 3).seconds == "10 s"
+    assert Estimate(10.1, 9.0, 10.2, 3).seconds == "10 s (9 to 10)"
+
+
+def test_intervals_end_where_values_do() -> None:
+    probability = "detection_probability"
+    rows = [{"seed": seed, probability: p} for seed, p in ((1, 1.0), (2, 0.9))]
+    found = estimate(rows, {}, probability)
+    assert found is not None
+    assert (found.mean, found.low, found.high) == (
+        pytest.approx(0.95),
+        pytest.approx(0.95 - 0.05 * 12.7062047),
+        1.0,
+    )
+    assert Estimate(5.0, -3.0, 12.0, 2).within(0.0, 10.0) == Estimate(5.0, 0.0, 10.0, 2)
+
+
 def test_rows_that_failed_do_not_count() -> None:
     assert [one["seed"] for one in chosen(ROWS, {"method": "greedy"})] == [1, 2]
     found = estimate(ROWS, {"method": "greedy"})

@@ -1,0 +1,110 @@
+"""How long experiments will take, told before they are run."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from command_line import Commands
+from planner.experiments.condition import Condition
+from planner.experiments.conduct import opened_of
+from planner.experiments.duration import (
+    CONDITION_S,
+    LEG_S,
+    VEHICLE_S,
+    Duration,
+    duration_of,
+    known_times,
+)
+from planner.experiments.experiment_file import read_experiment
+from planner.experiments.met import targets_of
+from planner.mission.preparation import Recorder
+
+TEXT = """
+scenario = "grid4x4"
+targets = 30
+replicates = 2
+[factors]
+"search.particles" = [10]
+"uav.start.distance_m" = [0, 60000]
+method = ["greedy", "best"]
+[sets."all"]
+points = 2
+"""
+
+
+@pytest.fixture
+def conditions(tmp_path: Path) -> list[Condition]:
+    path = tmp_path / "small.toml"
+    path.write_text(TEXT)
+    return read_experiment(path).conditions()
+
+
+def test_by_size_it_is_targets_driven_and_legs_flown(conditions: list[Condition]) -> None:
+    first = conditions[0]
+    recorder = Recorder(opened_of(first), 1)
+    each_seed = len(recorder.planning().futures) + len(recorder.judging().futures) + first.targets
+    driven = 2 * each_seed + len(targets_of(first.sets[0], first).futures)
+    legs = 4 * opened_of(first).scenario.search.work  # best's at two distances, with two seeds
+    expected_s = VEHICLE_S * driven + LEG_S * legs + CONDITION_S * len(conditions)
+    found = duration_of(conditions, {})
+    assert found.time_s == pytest.approx(expected_s)
+    assert (found.timed, found.sized, found.unknown) == (0, 8, ())
+
+
+def test_what_is_finished_tells_of_what_waits(conditions: list[Condition]) -> None:
+    times = [(c, {"whole_s": s}) for c, s in zip(conditions, (1.0, 2.0, 300.0), strict=False)]
+    known = known_times([(dataclasses.replace(c, method="wait"), t) for c, t in times])
+    assert known == {"wait": 2.0}
+    one = dataclasses.replace(conditions[0], sets=(), targets=0, method="wait")
+    found = duration_of([one], known)
+    assert (found.timed, found.sized) == (1, 0)
+    assert found.time_s == pytest.approx(2.0 + 10 * VEHICLE_S)
+
+
+def test_of_studies_nothing_is_known_before_one_is_done(conditions: list[Condition]) -> None:
+    study = dataclasses.replace(conditions[0], study="orders")
+    assert duration_of([study], {}) == Duration(0.0, 0, 0, ("study orders",))
+    assert duration_of([study], known_times([(study, {"whole_s": 7.0})])).time_s == 7.0
+    assert known_times([(study, {})]) == {}
+
+
+def test_what_is_at_fault_takes_no_time_to_draw(conditions: list[Condition]) -> None:
+    broken = dataclasses.replace(conditions[0], overrides=("sensor.radius_m=-1",))
+    assert duration_of([broken], {}).time_s == CONDITION_S
+
+
+def test_it_is_told_as_a_sentence() -> None:
+    assert Duration(0.0, 0, 0, ()).told(2) == "nothing is left to run"
+    unknown = Duration(0.0, 0, 0, ("exact",))
+    assert unknown.told(2) == "how long it takes shows when some of it is done: exact"
+    assert Duration(90.0, 3, 0, ()).told(1) == (
+        "about 90 s with 1 process (3 conditions by the times of finished ones)"
+    )
+    assert Duration(2400.0, 3, 1200, ("exact",)).told(2) == (
+        "about 20 min with 2 processes (3 conditions by the times of finished ones; 1,200 by their "
+        "size, good to a factor of two; without exact, of which none is done)"
+    )
+    assert Duration(72_000.0, 0, 1, ()).told(2).startswith("about 10.0 h with 2 processes (1 by")
+
+
+def test_dry_run_of_the_paper_lists_all_experiments(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = Commands(capsys)(
+        "experiment", "paper", "--quick", "--dry-run", "--json", "-o", tmp_path / "none"
+    )
+    assert {c["finished"] for c in said.json["conditions"]} == {False}
+    assert {"wait", "best", "orders", "precedence"} <= {
+        c["method"] for c in said.json["conditions"]
+    }
+    assert said.json["duration"]["unknown"] == [
+        "study precedence",
+        "study orders",
+        "study optimum",
+    ]
+    assert said.err.count("the method assumes") == 1  # not once for each condition
+    shown = Commands(capsys)("experiment", "paper", "--quick", "--dry-run")
+    assert "conditions, 0 of them finished" in shown.out
+    assert "about " in shown.out
+    assert not (tmp_path / "none").exists()
