@@ -184,7 +184,7 @@ def test_row_by_row(size: int, transit: bool) -> None:
     rows = [list(range(row * size, (row + 1) * size)) for row in range(size)]
     nodes = [node for row, passed in enumerate(rows) for node in passed[:: -1 if row % 2 else 1]]
     optimum = (count - 1) / 2 * road_m / SPEED_MPS - ahead_s(problem, 0)
-    certificate = certificate_of(problem, along(problem, nodes), 150)
+    certificate = certificate_of(problem, along(problem, nodes), 600)
     assert certificate.value == pytest.approx(optimum)
     assert certificate.bound <= optimum + 1e-6
     if not transit:
