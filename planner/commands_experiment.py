@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from planner.cli import print_json
+from planner.commands_shared import tell
 from planner.errors import InputError, OutputError
 from planner.experiments.condition import Condition
 from planner.experiments.duration import duration_of, known_times
@@ -18,7 +18,7 @@ from planner.experiments.kept import Kept
 from planner.experiments.pool import conducted
 from planner.experiments.run import Backend, Results, run
 from planner.futures.workers import cores
-from planner.report import experiment_tables, tables
+from planner.report import experiment_tables
 from planner.report.progress import progress
 from planner.report.run_files import write_json
 from planner.stopping import undone_if_stopped
@@ -59,7 +59,7 @@ def experiment(arguments: argparse.Namespace) -> int:
         "failed": sum(row["reason"] is not None for row in results.rows),
     }
     table = _table(results.rows, conditions[0], chosen.title)
-    _tell(arguments, told, [table, *failed, _told_last(results, conditions), f"written to {out}"])
+    tell(arguments, told, [table, *failed, _told_last(results, conditions), f"written to {out}"])
     return 0
 
 
@@ -88,7 +88,7 @@ def _paper(arguments: argparse.Namespace) -> int:
         "failed": sum(row["reason"] is not None for r in found.values() for row in r.rows),
         "claims": {claim.text: claim.verdict for claim in claims},
     }
-    _tell(arguments, told, [verdicts_table(claims), *failed, f"written to {page}"])
+    tell(arguments, told, [verdicts_table(claims), *failed, f"written to {page}"])
     return 0
 
 
@@ -155,7 +155,7 @@ def _listed(arguments: argparse.Namespace, experiments: Mapping[Path, Sequence[C
     workers = arguments.jobs or cores()
     takes = duration_of(waiting, known_times(times))
     told = {"conditions": listed, "duration": takes.as_dict()}
-    _tell(arguments, told, [*tables_of, takes.told(workers)])
+    tell(arguments, told, [*tables_of, takes.told(workers)])
     return 0
 
 
@@ -178,12 +178,3 @@ def _claim(out: Path, chosen: Experiment) -> None:
         found = None
     if found != mine:
         raise OutputError(f"{out}: holds another experiment; choose another folder")
-
-
-def _tell(arguments: argparse.Namespace, told: dict[str, Any], shown: Sequence[Any]) -> None:
-    if arguments.json:
-        print_json(told)
-        return
-    out = tables.console()
-    for thing in shown:
-        out.print(thing)

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from planner.cli import print_json
+from planner.commands_shared import tell
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
 from planner.experiments.condition import Condition
@@ -15,7 +15,7 @@ from planner.experiments.instances import Instance, flown_again, instances_path,
 from planner.experiments.run import run
 from planner.files import written_whole
 from planner.mission.preparation import Recorder
-from planner.report import experiment_tables, tables
+from planner.report import experiment_tables
 from planner.report.progress import progress
 from planner.search.methods import METHODS
 
@@ -50,12 +50,8 @@ def compare_instances(arguments: argparse.Namespace) -> int:
             new.write_text(page, encoding="utf-8")
         written = [f"written to {arguments.output}"]
     told_of = [_told(one, known[one.name], values) for one in instances]
-    if arguments.json:
-        print_json({"instances": told_of})
-        return 0
-    out = tables.console()
-    for line in (table, *_moved(instances, known), *written):
-        out.print(line)
+    shown: list[Any] = [table, *_moved(instances, known), *written]
+    tell(arguments, {"instances": told_of}, shown)
     return 0
 
 

@@ -51,6 +51,13 @@ def nullable(values: Sequence[Any], kind: Literal["float64", "int64", "string"])
     return pyarrow.array(values, getattr(pyarrow, kind)())
 
 
+def nested(rows: Sequence[Any], kind: Literal["float64", "int64"]) -> Any:
+    """Return a column of lists of numbers of one type."""
+    import pyarrow
+
+    return pyarrow.array([list(row) for row in rows], pyarrow.list_(getattr(pyarrow, kind)()))
+
+
 def _array(column: Any) -> Any:
     import pyarrow
 

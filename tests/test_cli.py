@@ -157,7 +157,9 @@ def test_a_run_is_not_overwritten(
     (grid_copy / "flights.csv").touch()
     (grid_copy / "notes.txt").write_text("mine")
     with monkeypatch.context() as patch:
-        patch.setattr("planner.commands.open_scenario", None)  # no work comes before the refusal
+        patch.setattr(
+            "planner.commands_shared.open_scenario", None
+        )  # no work comes before the refusal
         refused = run("plan", "figure3", *options)
     assert refused.code == 2
     assert "another run" in refused.err

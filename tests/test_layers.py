@@ -21,9 +21,15 @@ DOORS = (
     "__init__.py",
     "__main__.py",
     "cli.py",
+    "cli_arguments.py",
+    "cli_commands.py",
     "commands.py",
+    "commands_certificate.py",
+    "commands_compare.py",
     "commands_experiment.py",
     "commands_instances.py",
+    "commands_plan.py",
+    "commands_shared.py",
 )
 ROOT = Path(__file__).parents[1] / "planner"
 LOOSE = {path.stem for path in ROOT.glob("*.py") if path.name not in DOORS}

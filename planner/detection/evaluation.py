@@ -48,6 +48,17 @@ class Evaluation:
         return max(0.0, 1.0 - float(self.weight.sum()))
 
     @property
+    def figure(self) -> float:
+        """What the search was for: expected seconds, or the probability by the deadline."""
+        if self.by_s is None:
+            return self.expected_detection_time_s
+        return self.found_by_probability(self.by_s)
+
+    def is_better(self, other: "Evaluation") -> bool:
+        """Tell whether this is a better figure than another search's for the same."""
+        return self.figure < other.figure if self.by_s is None else self.figure > other.figure
+
+    @property
     def expected_detection_time_s(self) -> float:
         """E[min(tau, horizon)], seconds; the objective of line 28 of Figure 6."""
         return float(self.weight @ self.time_s) + self.absent_probability * self.horizon_s

@@ -12,9 +12,9 @@ from typing import Any
 from planner.belief.opening import Opened, open_scenario
 from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
 from planner.experiments.condition import Condition
-from planner.mission.preparation import Recorder, problem_of
+from planner.mission.preparation import Recorder, needs_judges, problem_of
 from planner.mission.trial import Trial, try_method
-from planner.search.methods import Method, method_named
+from planner.search.methods import method_named
 
 log = logging.getLogger(__name__)
 
@@ -111,11 +111,6 @@ def _fresh(trial: Trial) -> dict[str, Any]:
 def opened_of(condition: Condition) -> Opened:
     """Return the scenario of a condition, open."""
     return open_scenario(condition.place, preset=condition.preset, overrides=condition.settings)
-
-
-def needs_judges(method: Method, opened: Opened) -> bool:
-    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
-    return method.chooses and opened.scenario.search.sampling != "all"
 
 
 def reason_of(error: PlannerError) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 
 from planner.detection.evaluation import evaluate
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import needs_judges, opened_of
-from planner.mission.preparation import Recorder, make_plan, problem_of
+from planner.experiments.conduct import opened_of
+from planner.mission.preparation import Recorder, make_plan, needs_judges, problem_of
 from planner.search.certificate import Effort, certified, gap_of
 from planner.search.methods import method_named
 

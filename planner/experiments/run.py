@@ -10,13 +10,13 @@ from typing import Any
 from planner.belief.opening import Opened
 from planner.errors import InputError, PlannerError
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import conduct, needs_judges, opened_of
+from planner.experiments.conduct import conduct, opened_of
 from planner.experiments.kept import Kept
 from planner.experiments.met import targets_of
 from planner.experiments.pool import Conduct, Done, conducted
 from planner.experiments.results import Row, rows_of, write_results, write_timings
 from planner.futures.workers import cores
-from planner.mission.preparation import Recorder
+from planner.mission.preparation import Recorder, needs_judges
 from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]

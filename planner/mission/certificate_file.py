@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from planner.files import written_whole
-from planner.parquet import write_table
+from planner.parquet import nested, write_table
 from planner.search.certificate import Certificate
 from planner.search.problem import Problem
 
-PRICES, KNOTS, NET = "prices.parquet", "knots.parquet", "net.json"
+PRICES, WEIGHTS, KNOTS, NET = "prices.parquet", "weights.parquet", "knots.parquet", "net.json"
+PROOF = (PRICES, WEIGHTS, KNOTS, NET)
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
@@ -24,8 +25,7 @@ def certificate_content(problem: Problem, certificate: Certificate) -> dict[str,
         "particles": len(problem.futures),
         "plan_class": certificate.plan_class,
         "transit": problem.sensor.detects_in_transit,
-        "bin_s": certificate.grain.bin_s,
-        "memory": certificate.grain.memory,
+        "bin_s": certificate.bin_s,
         "speed_mps": uav.speed_mps,
         "landing_s": uav.landing_s if np.isfinite(uav.landing_s) else None,
     }
@@ -34,11 +34,17 @@ def certificate_content(problem: Problem, certificate: Certificate) -> dict[str,
 def write_certificate(
     folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
 ) -> None:
-    """Write prices, the particles' motion and the net, and the plan with what it is told."""
+    """Write prices, particles and net, and the plan with what it is told."""
     futures = problem.futures
     count = np.arange(len(futures), dtype=np.int32)
-    columns = {"particle": count, "weight": futures.weight, "price": certificate.price}
-    write_table(folder / PRICES, columns | {"gone": futures.gone.tolist()}, {"unit": "reward"})
+    proof = sorted(certificate.proof.items())
+    prices = {
+        "flight": nested([beginning for beginning, _ in proof], "int64"),
+        "price": nested([price for _, price in proof], "float64"),
+    }
+    write_table(folder / PRICES, prices, {"unit": "reward"})
+    columns = {"particle": count, "weight": futures.weight, "gone": futures.gone.tolist()}
+    write_table(folder / WEIGHTS, columns, {})
     knots = {
         "particle": np.repeat(count, np.diff(futures.first_knot)),
         "time_s": futures.time_s,

@@ -9,9 +9,9 @@ import numpy as np
 from planner.arrays import Floats
 from planner.belief.opening import Opened
 from planner.futures.futures import Futures
-from planner.mission.plan_file import StoredPlan
 from planner.mission.preparation import Recorder, problem_of
 from planner.search.certificate import Certificate, Effort, certified, lower_limit
+from planner.search.plan import Plan
 from planner.search.problem import Problem
 
 Told = Callable[[int, float, float, float], None]  # step, value, bound, gap
@@ -27,27 +27,25 @@ class Limits:
     asked: Callable[[], bool]
 
 
-def problem_of_run(opened: Opened, stored: StoredPlan, futures: Futures) -> Problem:
-    """Return the problem that a stored plan answers: it takes off when the plan does."""
+def problem_of_plan(opened: Opened, plan: Plan, futures: Futures) -> Problem:
+    """Return the problem that a plan answers: it takes off when the plan does."""
     problem = problem_of(opened, futures)
-    take_off_s = float(stored.plan.tracks[0].time_s[0])
+    take_off_s = float(plan.tracks[0].time_s[0])
     return problem.replace(uavs=(replace(problem.uavs[0], take_off_s=take_off_s),))
 
 
-def certify(
-    problem: Problem, stored: StoredPlan, limits: Limits, told: Told | None = None
-) -> Certificate:
-    """Return the certificate of a stored plan on a problem's particles."""
+def certify(problem: Problem, plan: Plan, limits: Limits, told: Told | None = None) -> Certificate:
+    """Return the certificate of a plan on a problem's particles."""
     until_s = time.monotonic() + limits.seconds
 
     def stop() -> bool:
         return limits.asked() or time.monotonic() > until_s
 
-    return certified(problem, stored.plan, Effort(limits.gap, limits.steps, stop, told))
+    return certified(problem, plan, Effort(limits.gap, limits.steps, stop, told))
 
 
 def bounds_of_sets(
-    recorder: Recorder, stored: StoredPlan, limits: Limits, sets: int, told: Callable[[int], None]
+    recorder: Recorder, plan: Plan, limits: Limits, sets: int, told: Callable[[int], None]
 ) -> Floats:
     """Return the bounds for so many independent sets of particles, fewer if asked to end."""
     bounds: list[float] = []
@@ -55,8 +53,8 @@ def bounds_of_sets(
         if limits.asked():
             break
         futures = recorder.bounding(number).futures
-        problem = problem_of_run(recorder.opened, stored, futures)
-        bounds.append(certify(problem, stored, limits).bound)
+        problem = problem_of_plan(recorder.opened, plan, futures)
+        bounds.append(certify(problem, plan, limits).bound)
         told(number + 1)
     return np.array(bounds)
 

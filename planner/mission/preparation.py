@@ -135,6 +135,11 @@ def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None
     return Problem(opened.network, futures, (uav,), sensor, search.horizon_s, by_s)
 
 
+def needs_judges(method: Method, opened: Opened) -> bool:
+    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
+    return method.chooses and opened.scenario.search.sampling != "all"
+
+
 def make_plan(
     method: Method,
     opened: Opened,

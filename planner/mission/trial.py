@@ -23,6 +23,7 @@ class Trial:
     evaluated: Evaluation  # on fresh targets
     took_s: float  # wall-clock time of planning
     work: int | None  # units of work done, if the method counts them
+    allowed: int  # units of work that it might have done
     stopped: bool  # whether the search was told to stop before its work was done
 
     @property
@@ -38,6 +39,7 @@ class Limits:
     seconds: float = float("inf")  # of wall-clock time
     asked: Callable[[], bool] = bool  # whether somebody wants the best plan so far
     told: Told | None = None
+    more: int = 1  # times as much work as the scenario says
 
 
 def try_method(
@@ -68,7 +70,8 @@ def try_method(
         if limits.told:
             limits.told(value, done)
 
-    budget = replace(budget_of(opened), stop=stop, told=told)
+    budget = budget_of(opened)
+    budget = replace(budget, work=limits.more * budget.work, stop=stop, told=told)
     begun_s = time.perf_counter()
     plan = make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
     took_s = time.perf_counter() - begun_s
@@ -77,7 +80,9 @@ def try_method(
         evaluate(plan.tracks, targets, problem.sensor, problem.horizon_s, by_s=problem.by_s)
         for targets in (futures, fresh)
     )
-    return Trial(method.name, plan, planned, evaluated, took_s, watch.work, watch.stopped)
+    return Trial(
+        method.name, plan, planned, evaluated, took_s, watch.work, budget.work, watch.stopped
+    )
 
 
 @dataclass

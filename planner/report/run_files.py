@@ -80,13 +80,17 @@ def same_futures(folder: Path, recording: Recording) -> None:
     InputError
         If it was planned on others.
     """
-    record = folder / PROVENANCE
-    planned_on = json.loads(record.read_text(encoding="utf-8"))["sha256"].get("futures")
-    if planned_on != sha256_of_file(recording.path):
+    if not is_planned_on(folder, recording):
         raise InputError(
-            f"{record}: the plan was made on other futures than the scenario gives now (given with "
-            "--futures, or by another version); plan again without --futures"
+            f"{folder / PROVENANCE}: the plan was made on other futures than the scenario gives "
+            "now (given with --futures, or by another version); plan again without --futures"
         )
+
+
+def is_planned_on(folder: Path, recording: Recording) -> bool:
+    """Tell whether a run was planned on the futures given."""
+    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
+    return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -201,6 +205,8 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "planned_expected_detection_time_s": row.planned.expected_detection_time_s,
+        "bound": row.bound,
+        "gap": row.gap,
         "roads": row.roads,
         "planning_s": row.took_s,
         "why_not": row.why_not,

@@ -12,7 +12,7 @@ from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
 from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.units import clock
-from planner.search.certificate import Certificate
+from planner.search.certificate import Certificate, gap_of
 from planner.search.plan import Plan
 
 if TYPE_CHECKING:
@@ -33,6 +33,14 @@ class MethodRow:
     roads: int = 0
     took_s: float | None = None  # wall-clock time of planning
     why_not: str = ""
+    bound: float | None = None  # that no plan of its class can pass on the futures planned with
+
+    @property
+    def gap(self) -> float | None:
+        """How far its plan is from the bound, as a share of the bound; None if that is unknown."""
+        if self.planned is None or not self.bound:
+            return None
+        return gap_of(self.planned.figure, self.bound)
 
 
 def row_of(trial: Trial) -> MethodRow:
@@ -123,13 +131,15 @@ def legs_table(plan: Plan, network: RoadNetwork) -> "Table":
 def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     """Return methods side by side, on the same futures and the same fresh targets.
 
-    A method that cannot be used keeps its row and says why.
+    A method that cannot be used keeps its row and says why. Where bounds are known, a column tells
+    how far each plan may be from the best of its class, on the futures that it was planned with.
     """
     table = _table(title)
     table.add_column("method", no_wrap=True, overflow="ignore")
     rows = list(rows)
     deadlines = {row.evaluated.by_s for row in rows if row.evaluated} - {None}
     first = [_by(by_s) for by_s in deadlines if by_s is not None]
+    with_gap = any(row.bound is not None for row in rows)
     for name in (
         *first,
         "expected detection",
@@ -137,15 +147,16 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
         "found",
         "before goal",
         "in sample",
+        *(["gap"] if with_gap else []),
         "roads",
     ):
         table.add_column(name, justify="right")
     table.add_column("planning took", justify="right")
     for row in rows:
         if row.evaluated is None:
-            table.add_row(row.method, *["-"] * (7 + len(first)))
+            table.add_row(row.method, *["-"] * (len(table.columns) - 1))
         else:
-            table.add_row(row.method, *_cells(row, row.evaluated))
+            table.add_row(row.method, *_cells(row, row.evaluated, with_gap=with_gap))
     return table
 
 
@@ -217,7 +228,7 @@ def doctor_table(findings: Iterable[Finding]) -> "Table":
     return table
 
 
-def _cells(row: MethodRow, evaluated: Evaluation) -> list[str]:
+def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
     by_s = evaluated.by_s
     return [
@@ -227,6 +238,7 @@ def _cells(row: MethodRow, evaluated: Evaluation) -> list[str]:
         _share(evaluated.detection_probability),
         _share(evaluated.found_before_goal_probability),
         "-" if row.planned is None else _seconds(row.planned.expected_detection_time_s),
+        *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",
         "-" if row.took_s is None else _short(row.took_s),
     ]
@@ -246,6 +258,10 @@ def _seconds(seconds: float) -> str:
 
 def _short(seconds: float) -> str:
     return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+
+
+def _gap(row: MethodRow) -> str:
+    return "-" if row.gap is None else _share(row.gap)
 
 
 def _by(time_s: float) -> str:
@@ -272,6 +288,14 @@ def certificate_line(certificate: Certificate, by_s: float | None) -> str:
     return (
         f"found by the deadline {certificate.value:.1%}; no {kind} is above "
         f"{certificate.bound:.1%} on these particles: {gap}"
+    )
+
+
+def gap_line(gap: float) -> str:
+    """Return what may still help if the gap asked for was not reached, in words."""
+    return (
+        f"the gap asked for, {gap:.1%}, is not reached: give more time with --time-limit, or "
+        "plan with more work with --set search.work=..."
     )
 
 

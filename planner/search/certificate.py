@@ -1,21 +1,25 @@
 """How far a plan may be from the best one of its class, on the same particles."""
 
+import itertools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats
 from planner.detection.first_detection import first_detection
-from planner.search.bound import Grain, pieces_of, table_of
+from planner.search.bound import fitting_bin_s, table_of
+from planner.search.branches import Beginning, Search
+from planner.search.hops import hops_of
 from planner.search.plan import Plan
-from planner.search.prices import lowest
 from planner.search.problem import Problem
+from planner.search.sightings import pieces_of
 
-FLOOR = 0.5  # of what the plan earns with a particle: no price is lower
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
-STEPS = 600
+STEPS, FIRST_STEPS, FURTHER_STEPS = 1000, 150, 6  # in all, before take-off, for a beginning
+SMALL_CELLS = 100_000  # hops times bins; larger tables leave late sightings out:
+LATE = 0.9  # those after so many of the plan's own
 
 
 @dataclass(frozen=True)
@@ -35,11 +39,9 @@ class Certificate:
     value: float  # the plan's figure on the particles: seconds, or a probability
     bound: float  # no plan's figure is better
     plan_class: str  # "roads", or "free": each particle met as early as the UAV can be there
-    grain: Grain
-    price: Floats  # (N,) in units of reward; zero where there are none
-
-    def __post_init__(self) -> None:
-        freeze(self, price=np.float64)
+    bin_s: float = 0.0  # how finely the bound for roads looks, seconds
+    # prices, (N,) in units of reward, for beginnings of flights that have their own
+    proof: Mapping[Beginning, Floats] = field(default_factory=dict)
 
     @property
     def gap(self) -> float:
@@ -62,32 +64,40 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     track, objective = plan.tracks[0], problem.objective
     seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-    earned = objective.reward(seen_at)
-    weight = problem.futures.weight
+    earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
-    value, none = _figure(problem, reward), np.zeros(len(weight))
+    value = objective.value(reward)
+    most = float(weight @ objective.reward(earliest(problem)))
     if not plan.legs[0]:
-        most = float(weight @ objective.reward(earliest(problem)))
-        return Certificate(value, _figure(problem, most), "free", Grain(), none)
-    grain, steps = Grain.fitting(problem), [0]
+        return Certificate(value, objective.value(most), "free")
+    steps = itertools.count(1)
 
     def stop(least: float) -> bool:
-        bound = _figure(problem, least)
+        bound, step = objective.value(min(least, most)), next(steps)
         gap = gap_of(value, bound)
         if effort.told:
-            effort.told(steps[0], value, bound, gap)
-        steps[0] += 1
-        return gap <= effort.gap or effort.stop()
+            effort.told(step, value, bound, gap)
+        return gap <= effort.gap or step >= effort.steps or effort.stop()
 
-    table = table_of(problem, grain, FLOOR * earned)
-    start = min(STARTS, key=lambda share: table.bound(share * earned)[0])
-    least, price = lowest(table, start * earned, reward, steps=effort.steps, stop=stop)
-    return Certificate(value, _figure(problem, least), "roads", grain, price)
+    table = table_of(problem, fitting_bin_s(problem), _floor(problem, seen_at))
+    shares = [np.maximum(table.floor, share * earned) for share in STARTS]
+    start = min(shares, key=lambda prices: table.bound(prices)[0])
+    search = Search(problem, table, reward, stop)
+    search.begin(start, FIRST_STEPS)
+    while not search.done and not search.stopped:
+        search.split(FURTHER_STEPS)
+    return Certificate(
+        value, objective.value(min(search.bound, most)), "roads", table.bins.step_s, search.proof
+    )
 
 
-def _figure(problem: Problem, reward: float) -> float:
-    """Return the objective's figure; where no target is there, the horizon is the time."""
-    return problem.objective.value(reward)
+def _floor(problem: Problem, seen_at: Floats) -> Floats:
+    """Return the reward of the latest sightings that a bound looks at, (N,)."""
+    none, objective = np.zeros(len(seen_at)), problem.objective
+    cells = len(hops_of(problem)) * objective.ends_s / fitting_bin_s(problem)
+    if cells <= SMALL_CELLS or objective.by_s is not None:
+        return none
+    return none + objective.reward(np.quantile(np.minimum(seen_at, problem.horizon_s), LATE))
 
 
 def earliest(problem: Problem) -> Floats:

@@ -102,16 +102,18 @@ def straight_flights(legs: Legs) -> list[tuple[int, int]]:
     xy, straight = legs.node_xy_m, np.diff(legs.first_point) == 2
     ends = np.stack([legs.from_node, legs.to_node], axis=1)[straight]
     roads = set(map(tuple, ends.tolist()))
-    pairs = []
-    for a in range(len(xy)):
-        for b in range(len(xy)):
-            way = xy[b] - xy[a]
-            far_m = float(np.hypot(*way))
-            if far_m == 0.0 or (a, b) in roads:
-                continue
-            along = (xy - xy[a]) @ way / far_m
-            aside = np.abs((xy - xy[a]) @ (-way[1], way[0])) / far_m
-            between = (along > 1e-6 * far_m) & (along < (1 - 1e-6) * far_m)
-            if not np.any(between & (aside < 1e-9 * far_m)):
-                pairs.append((a, b))
-    return pairs
+    return [
+        (a, b)
+        for a in range(len(xy))
+        for b in range(len(xy))
+        if np.any(xy[a] != xy[b]) and (a, b) not in roads and not passes_over(xy, xy[a], xy[b])
+    ]
+
+
+def passes_over(nodes_m: Floats, start_m: Floats, end_m: Floats) -> bool:
+    """Tell whether a straight flight passes over a node between its ends, all x, y in metres."""
+    way, away = end_m - start_m, nodes_m - start_m
+    far_m = float(np.hypot(*way))
+    along, aside = away @ way / far_m, np.abs(away @ (-way[1], way[0])) / far_m
+    between = (along > 1e-6 * far_m) & (along < (1 - 1e-6) * far_m)
+    return bool(np.any(between & (aside < 1e-9 * far_m)))

@@ -96,33 +96,28 @@ def listed(seen_at: Floats, until_s: Floats) -> tuple[Offsets, Ints, Floats]:
 
 
 @compiled
-def known_after(
-    first: Offsets, who: Ints, sure: Ints, walks: tuple[Ints, Ints, Ints], words: int
-) -> Ints:
-    """Return, for each sighting of a leg, after which walks its particle is surely seen, (M, W).
+def known_after(first: Offsets, who: Ints, sure: Ints, before: tuple[Ints, Ints]) -> Ints:
+    """Return, for each sighting of a leg, after which legs its particle is surely seen, (M,).
 
-    Bit ``w`` of the words says so of walk ``w``.
+    Bit ``b`` says so of the b-th of the legs before.
 
     Parameters
     ----------
     sure
         Bit ``k`` (highest first) says that a leg from a start on surely sees particle ``k``,
         (legs, bins, N / 8).
-    walks
-        The walk's first leg, the walk without it (-1: empty), and how many bins before the
-        present one it starts, at least and at most, (walks, 2).
+    before
+        The legs that may come before, (b,), and how many bins ago they begin then, at least and
+        at most, (b, 2).
     """
-    legs, shorter, before = walks
-    known = np.zeros((len(who), words), dtype=np.uint64)
+    legs, ago = before
+    known = np.zeros(len(who), dtype=np.uint8)
     for i in range(len(first) - 1):
-        for e in range(first[i], first[i + 1]):
-            byte, bit = who[e] >> 3, 7 - (who[e] & 7)
-            for w in range(len(legs)):
-                s, late, early = shorter[w], i - before[w, 0], i - before[w, 1]
-                yes = s >= 0 and (known[e, s >> 6] >> np.uint64(s & 63)) & np.uint64(1) > 0
-                if not yes and early >= 0:
-                    one, other = sure[legs[w], early, byte], sure[legs[w], late, byte]
-                    yes = ((one & other) >> bit) & 1 > 0
-                if yes:
-                    known[e, w >> 6] |= np.uint64(1) << np.uint64(w & 63)
+        for b in range(len(legs)):
+            late, early = i - ago[b, 0], i - ago[b, 1]
+            if early >= 0:
+                for e in range(first[i], first[i + 1]):
+                    byte, bit = who[e] >> 3, 7 - (who[e] & 7)
+                    both = sure[legs[b], early, byte] & sure[legs[b], late, byte]
+                    known[e] |= ((both >> bit) & 1) << b
     return known

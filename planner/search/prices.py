@@ -46,7 +46,7 @@ def lowest(
             least, kept = bound, at
         if stop(least) or length < SHORTEST:
             break
-        slope = 1.0 - counts
+        slope = np.where(table.weight > 0.0, 1.0 - counts, 0.0)
         if waited >= PATIENCE:
             length, waited, at = length * SHORTER, 0, kept
             way = np.zeros(len(at))

@@ -1,0 +1,80 @@
+"""What `planner certify` does; bounds with their progress, for all who ask for one."""
+
+import argparse
+import math
+import time
+from contextlib import ExitStack
+
+from planner.belief.opening import Opened
+from planner.commands_shared import output, recorded, tell
+from planner.errors import InputError
+from planner.mission import certificate_file as files
+from planner.mission import certify as mission
+from planner.mission.preparation import Recorder
+from planner.report import run_files, tables
+from planner.report.progress import progress
+from planner.search.certificate import Certificate
+from planner.search.plan import Plan
+from planner.search.problem import Problem
+from planner.stopping import first_asks
+
+UNCOUNTED = 10**9  # price steps, where the time is the limit
+
+
+def certify(arguments: argparse.Namespace) -> int:
+    """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
+    arguments.output = arguments.directory
+    opened, stored = run_files.open_run(arguments.directory)
+    if arguments.sets is not None and arguments.sets < 2:
+        raise InputError(f"--sets {arguments.sets}: tells nothing of chance; give 10 or more")
+    with ExitStack() as stack:
+        folder = output(stack, arguments, files.PROOF)
+        assert folder is not None
+        recording = recorded(arguments, opened, "recording futures", Recorder.planning)
+        run_files.same_futures(arguments.directory, recording)
+        problem = mission.problem_of_plan(opened, stored.plan, recording.futures)
+        certificate, limit = _certificate(arguments, opened, stored.plan, problem)
+        told = files.certificate_content(problem, certificate)
+        if limit is not None:
+            told |= {"true_optimum_limit": limit, "sets": arguments.sets}
+        plan_file = arguments.directory / run_files.PLAN
+        files.write_certificate(folder, problem, certificate, plan_file, told)
+    shown = [tables.certificate_line(certificate, problem.by_s)]
+    if limit is not None:
+        shown.append(tables.limit_line(limit, arguments.sets, problem.by_s))
+    tell(arguments, told, [*shown, f"written to {arguments.directory}"])
+    return 0
+
+
+def certificate_of(problem: Problem, plan: Plan, limits: mission.Limits) -> Certificate:
+    """Return a plan's certificate, and show value, bound and gap while they come closer."""
+    begun_s = time.monotonic()
+    timed = limits.steps >= UNCOUNTED and math.isfinite(limits.seconds)
+    with progress("certifying") as shown:
+
+        def told(step: int, value: float, bound: float, gap: float) -> None:
+            note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+            done = time.monotonic() - begun_s if timed else step
+            all_s = limits.seconds if timed else limits.steps
+            shown(int(min(done, all_s)), math.ceil(all_s), note)
+
+        return mission.certify(problem, plan, limits, told)
+
+
+def _certificate(
+    arguments: argparse.Namespace, opened: Opened, plan: Plan, problem: Problem
+) -> tuple[Certificate, float | None]:
+    """Return the certificate, and the limit of the true optimum if other sets are asked for."""
+    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
+    with first_asks() as asked:
+        limits = mission.Limits(arguments.gap, arguments.work, seconds, asked)
+        certificate = certificate_of(problem, plan, limits)
+        if arguments.sets is None:
+            return certificate, None
+        with progress("other sets") as shown:
+            recorder = Recorder(opened, arguments.jobs)
+            bounds = mission.bounds_of_sets(
+                recorder, plan, limits, arguments.sets, lambda n: shown(n, arguments.sets)
+            )
+    enough = len(bounds) == arguments.sets and len(bounds) > 1
+    return certificate, mission.limit_of(bounds, problem.by_s) if enough else None

@@ -1,0 +1,77 @@
+"""A plan within a gap of the best one: planning and bounding by turns, from both sides."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from planner.mission.trial import Trial
+from planner.search.certificate import Certificate
+from planner.search.plan import Plan
+
+# Shares of the time by which each part has ended; the last bound has what is left.
+PLANNED, BOUNDED, PLANNED_AGAIN = 0.15, 0.3, 0.45
+MORE = 8  # times as much work for the second plan
+
+
+@dataclass(frozen=True)
+class Sides:
+    """The two sides from which the gap is closed; each hears how many seconds it has at most."""
+
+    plan: Callable[[int, float], Trial]  # with so many times the scenario's work
+    bound: Callable[[Plan, float], Certificate | None]  # None: no bound is known here
+    asked: Callable[[], bool] = bool  # whether somebody wants the best of both so far
+
+
+def planned_to_gap(
+    sides: Sides, gap: float, *, seconds: float = float("inf"), again: bool = True
+) -> tuple[Trial, Certificate | None]:
+    """Return a plan and its certificate, as soon as the gap is small enough.
+
+    There are two turns. The second one plans with more work and goes on from the better plan.
+
+    Parameters
+    ----------
+    seconds
+        After which the best of both so far is returned.
+    again
+        Whether more work may give another plan.
+    """
+    begun_s = time.monotonic()
+
+    def left_s(share: float) -> float:
+        return max(0.0, share * seconds - (time.monotonic() - begun_s))
+
+    def enough(reached: Certificate | None) -> bool:
+        return reached is None or reached.gap <= gap or sides.asked() or left_s(1.0) == 0.0
+
+    trial = sides.plan(1, left_s(PLANNED if again else BOUNDED))
+    certificate = sides.bound(trial.plan, left_s(BOUNDED if again else 1.0))
+    if enough(certificate) or not again:
+        return trial, certificate
+    cut = left_s(BOUNDED) == 0.0
+    other = sides.plan(MORE, left_s(PLANNED_AGAIN))
+    better = other.planned.is_better(trial.planned)
+    if better:
+        trial, certificate = other, _certificate_of(other, certificate, sides)
+    if not enough(certificate) and (better or cut):
+        certificate = _tighter(certificate, sides.bound(trial.plan, left_s(1.0)), trial)
+    return trial, certificate
+
+
+def _certificate_of(
+    trial: Trial, certificate: Certificate | None, sides: Sides
+) -> Certificate | None:
+    """Return the certificate of a plan, from that of another one if its bound holds for it too."""
+    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.legs[0]):
+        return sides.bound(trial.plan, 0.0)
+    return replace(certificate, value=trial.planned.figure)
+
+
+def _tighter(
+    one: Certificate | None, other: Certificate | None, trial: Trial
+) -> Certificate | None:
+    """Return the certificate with the tighter bound."""
+    if one is None or other is None:
+        return one or other
+    is_higher = other.bound > one.bound
+    return other if is_higher == (trial.planned.by_s is None) else one

@@ -1,0 +1,143 @@
+"""What every hop may see, and surely sees, whenever it begins: the table that bounds are made of.
+
+Times are bins. Whoever starts a hop within half a bin of its middle is at every moment within
+v * bin / 2 of whoever starts at the middle, who rests half a bin at both ends; so what a hop may
+see is what that flight sees with a radius larger by as much, and what it surely sees with one that
+is smaller.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, Offsets
+from planner.detection.objective import Objective
+from planner.futures.futures import Futures
+from planner.search.hops import Hops
+from planner.search.problem import Problem
+
+ROUNDING = 1e-9  # of a bin, by which a hop may seem to end in the next one
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Equal spans of time, each known by its middle."""
+
+    first_s: float  # middle of the first one
+    step_s: float
+    count: int
+
+    def at(self, time_s: float) -> int:
+        """Return the bin that holds a time; it may lie beyond the last one."""
+        return round((time_s - self.first_s) / self.step_s)
+
+    def lasting(self, duration_s: Floats) -> Ints:
+        """Return how many bins on a flight may end, at least and at most, (..., 2)."""
+        many = np.asarray(duration_s) / self.step_s
+        ends = [np.floor(many + ROUNDING), np.ceil(many - ROUNDING)]
+        return np.stack(ends, axis=-1).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Arrivals:
+    """The legs by the node that they lead to."""
+
+    first: Offsets  # (V + 1,)
+    leg: Ints  # (legs,)
+
+    @classmethod
+    def of(cls, hops: Hops, nodes: int) -> "Arrivals":
+        """Return the legs of some hops by the node that they lead to, in leg order."""
+        ends = hops.to_node[: hops.legs]
+        counts = np.bincount(ends, minlength=nodes)
+        return cls(np.concatenate(([0], np.cumsum(counts))), np.argsort(ends, kind="stable"))
+
+    def at(self, node: int) -> Ints:
+        """Return the legs that lead to a node."""
+        return self.leg[self.first[node] : self.first[node + 1]]
+
+
+def sightings_of(
+    problem: Problem, hops: Hops, bins: Bins, arrivals: Arrivals, floor: Floats
+) -> Any:
+    """Return the sightings that earn more than a floor as ``kernels_prices`` takes them.
+
+    Parameters
+    ----------
+    floor
+        Per particle, (N,), in units of reward.
+    """
+    from planner.search.kernels_hops import listed, sweep
+    from planner.search.kernels_prices import by_bin
+
+    pieces, who = pieces_of(problem.futures)
+    span = (bins.first_s, bins.step_s, bins.count)
+    half_s, radius_m = bins.step_s / 2, problem.sensor.radius_m
+    slack_m = half_s * problem.legs.speed_mps
+    until = until_s(problem.objective, floor)
+    many = len(hops) if problem.sensor.detects_in_transit else hops.legs
+    counts, whose, rewards = [], [], []
+    sure = np.zeros((hops.legs, bins.count, (len(floor) + 7) // 8), dtype=np.uint8)
+    seen_at = np.empty((bins.count, len(floor)))
+    for hop in range(many):
+        seen_at[:] = np.inf
+        sweep(hops.wide(hop, half_s), pieces, who, span, radius_m + slack_m, seen_at)
+        count, particle, when = listed(seen_at, until)
+        counts.append(count)
+        whose.append(particle)
+        rewards.append(problem.objective.reward(when))
+        if hop < hops.legs and radius_m > slack_m:
+            seen_at[:] = np.inf
+            sweep(hops.core(hop, half_s), pieces, who, span, radius_m - slack_m, seen_at)
+            sure[hop] = np.packbits(seen_at < np.inf, axis=1)
+    counts.append(np.zeros((len(hops) - many) * bins.count, dtype=np.int64))
+    first = np.concatenate(([0], np.cumsum(np.concatenate(counts))))
+    particle = np.concatenate(whose)
+    known = _known(hops, arrivals, (first, particle), sure, bins)
+    reward = np.concatenate(rewards) * problem.futures.weight[particle]
+    return by_bin((first, particle, reward, known), len(hops))
+
+
+def _known(
+    hops: Hops, arrivals: Arrivals, sightings: tuple[Ints, Ints], sure: Ints, bins: Bins
+) -> Ints:
+    """Return for each sighting after which legs before the hop its particle is surely seen."""
+    from planner.search.kernels_hops import known_after
+    from planner.search.kernels_prices import REMEMBERED
+
+    first, particle = sightings
+    known = np.zeros(len(particle), dtype=np.uint8)
+    for leg in range(hops.legs):
+        cells = first[leg * bins.count : (leg + 1) * bins.count + 1]
+        legs = arrivals.at(hops.from_node[leg])[:REMEMBERED]
+        before = (legs, bins.lasting(hops.duration_s[legs]))
+        among = slice(cells[0], cells[-1])
+        known[among] = known_after(cells - cells[0], particle[among], sure, before)
+    return known
+
+
+def until_s(objective: Objective, floor: Floats) -> Floats:
+    """Return until when sightings earn more than a floor, (N,) seconds."""
+    if objective.by_s is None:
+        return objective.ends_s - floor
+    return np.where(floor < 1.0, np.nextafter(objective.by_s, np.inf), -np.inf)
+
+
+def pieces_of(futures: Futures) -> tuple[Floats, Ints]:
+    """Return all straight motions: from, to, place at from, velocity, (P, 6); and whose (P,)."""
+    who = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
+    at = np.stack([futures.time_s, futures.x_m, futures.y_m], axis=1)
+    last = np.zeros(len(who), dtype=bool)
+    last[futures.first_knot[1:][np.diff(futures.first_knot) > 0] - 1] = True
+    moves = np.flatnonzero(~last & (np.diff(at[:, 0], append=np.inf) > 0.0))
+    step = at[moves + 1] - at[moves]
+    rests = np.flatnonzero(last & ~futures.gone[who])
+    moving = np.column_stack(
+        [at[moves, 0], at[moves + 1, 0], at[moves, 1:], step[:, 1:] / step[:, :1]]
+    )
+    resting = np.column_stack(
+        [at[rests, 0], np.full(len(rests), np.inf), at[rests, 1:], np.zeros((len(rests), 2))]
+    )
+    whose = np.concatenate([who[moves], who[rests]]).astype(np.int64)
+    return np.ascontiguousarray(np.concatenate([moving, resting])), whose
