@@ -43,7 +43,7 @@ def test_no_plan_is_better_than_the_bound() -> None:
     quick = read_experiment("optimum").only(["uav.start.distance_m=120000"]).quick()
     condition = quick.conditions()[0]
     small = replace(
-        condition, overrides=(*condition.overrides, "search.particles=64", "search.work=16000")
+        condition, overrides=(*condition.overrides, "search.particles=64", "search.work=2000")
     )
     rows = {row["what"]: row for row in optimum_of(small)["rows"]}
     bound = rows.pop(BOUND)["expected_detection_time_s"]
