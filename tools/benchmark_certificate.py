@@ -23,7 +23,8 @@ CURVE_S = (5.0, 10.0, 20.0, 40.0)
 
 def measured(u0_km: int, seconds: float) -> tuple[float, float, float, list[str]]:
     """Return value, bound and gap of `best` after so many seconds, and the curve as texts."""
-    opened = planner.open_scenario("grid5x5", overrides=[f"uav.start.distance_m={1000 * u0_km}"])
+    overrides = [f"uav.start.distance_m={1000 * u0_km}", "search.particles=1000"]
+    opened = planner.open_scenario("grid5x5", overrides=overrides)
     problem = planner.problem_of(opened, planner.Recorder(opened).planning().futures)
     begun_s = time.process_time()
     curve: list[str] = []

@@ -19,7 +19,7 @@ from planner.search.sightings import pieces_of
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS, FIRST_STEPS, FURTHER_STEPS = 1000, 150, 6  # in all, before take-off, for a beginning
 SMALL_CELLS = 100_000  # hops times bins; larger tables leave late sightings out:
-LATE = 0.9  # those after so many of the plan's own
+LATE = 0.98  # those after so many of the plan's own
 
 
 @dataclass(frozen=True)
