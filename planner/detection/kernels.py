@@ -53,6 +53,25 @@ def first_within(
 
 
 @compiled
+def first_in_reach(
+    offset: tuple[float, float], drift: tuple[float, float], reach_m: float, speed_mps: float
+) -> float:
+    """Return the first second s >= 0 with |offset + drift s| <= reach + speed s, or infinity."""
+    (x, y), (vx, vy) = offset, drift
+    beyond = x * x + y * y - reach_m * reach_m
+    if beyond <= 0.0:
+        return 0.0
+    a = vx * vx + vy * vy - speed_mps * speed_mps
+    b = reach_m * speed_mps - x * vx - y * vy
+    discriminant = b * b - a * beyond
+    if discriminant < 0.0:
+        return np.inf
+    # In this form it holds for targets slower than the UAV, as fast, and faster.
+    divisor = b + np.sqrt(discriminant)
+    return beyond / divisor if divisor > 0.0 else np.inf
+
+
+@compiled
 def last_at_or_before(time_s: Floats, first: int, end: int, moment_s: float) -> int:
     """Return the last index in [first, end) with time at or before a moment; else ``first``."""
     low, high = first, end

@@ -77,6 +77,7 @@ class Search:
     ) -> None:
         self._root, self._flights, self._weight = table, Flights(problem), problem.futures.weight
         self._most = float(problem.objective.reward(np.array(table.bins.first_s)))
+        self._deadline = problem.by_s is not None
         self._value, self._stop, self.stopped = value, stop, False
         self._open: list[tuple[float, int, Beginning, Floats]] = []
         self._number = itertools.count()
@@ -162,7 +163,12 @@ class Search:
         return lowest(table, price, self._value - got, steps=steps, stop=stop)
 
     def _floor(self, price: Floats, share: float = NARROW) -> Floats:
-        """Return below which no step from some prices shall lead, (N,)."""
+        """Return below which no step from some prices shall lead, (N,).
+
+        With a deadline all sightings are worth the same, and none can be left out.
+        """
+        if self._deadline:
+            return self._root.floor
         return np.maximum(self._root.floor, price - share * np.maximum(0.0, self._most - price))
 
     def _add(

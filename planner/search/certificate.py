@@ -17,7 +17,7 @@ from planner.search.problem import Problem
 from planner.search.sightings import pieces_of
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
-STEPS, FIRST_STEPS, FURTHER_STEPS = 1000, 150, 6  # in all, before take-off, for a beginning
+STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a beginning
 SMALL_CELLS = 100_000  # hops times bins; larger tables leave late sightings out:
 LATE = 0.98  # those after so many of the plan's own
 
@@ -106,6 +106,8 @@ def earliest(problem: Problem) -> Floats:
     The circle around the take-off's place with the detection radius grows with the UAV's speed;
     a particle can be seen from when on it is inside.
     """
+    from planner.detection.kernels import first_in_reach
+
     uav, seen_at = problem.uavs[0], np.full(len(problem.futures), np.inf)
     pieces, who = pieces_of(problem.futures)
     for (from_s, to_s, x, y, vx, vy), k in zip(pieces.tolist(), who.tolist(), strict=True):
@@ -114,28 +116,10 @@ def earliest(problem: Problem) -> Floats:
             continue
         x, y = x + vx * (begin_s - from_s) - uav.x_m, y + vy * (begin_s - from_s) - uav.y_m
         ring_m = problem.sensor.radius_m + uav.speed_mps * (begin_s - uav.take_off_s)
-        after_s = _ring_reaches((x, y), (vx, vy), ring_m, uav.speed_mps)
+        after_s = first_in_reach((x, y), (vx, vy), ring_m, uav.speed_mps)
         if begin_s + after_s <= to_s:
             seen_at[k] = begin_s + after_s
     return seen_at
-
-
-def _ring_reaches(
-    place: tuple[float, float], drift: tuple[float, float], ring_m: float, speed_mps: float
-) -> float:
-    """Return the first second at which a growing circle has a body inside; infinity if never."""
-    (x, y), (vx, vy) = place, drift
-    outside = x * x + y * y - ring_m * ring_m
-    if outside <= 0.0:
-        return 0.0
-    # |place + drift t| = ring + speed t: a t^2 + 2 b t + outside = 0, with t >= 0.
-    a = vx * vx + vy * vy - speed_mps * speed_mps
-    b = x * vx + y * vy - ring_m * speed_mps
-    root = b * b - a * outside
-    if root < 0.0:
-        return math.inf
-    times = [outside / low for low in (-b + math.sqrt(root), -b - math.sqrt(root)) if low != 0.0]
-    return min((time_s for time_s in times if time_s >= 0.0), default=math.inf)
 
 
 def lower_limit(bounds: Floats) -> float:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels import first_within
+from planner.detection.kernels import first_in_reach, first_within
 from planner.jit import compiled
 
 FROM, X, Y, VX, VY, UNTIL = range(6)
@@ -239,25 +239,6 @@ def earliest_meeting(case: Case, place: int, time_s: float, particle: int) -> fl
         if after_s <= pieces[k, UNTIL] - now_s + TIE_S:  # what rounding puts past the end is met
             return now_s + after_s
     return np.inf
-
-
-@compiled
-def first_in_reach(
-    offset: tuple[float, float], drift: tuple[float, float], reach_m: float, speed_mps: float
-) -> float:
-    """Return the first second s >= 0 with |offset + drift s| <= reach + speed s, or infinity."""
-    (x, y), (vx, vy) = offset, drift
-    beyond = x * x + y * y - reach_m * reach_m
-    if beyond <= 0.0:
-        return 0.0
-    a = vx * vx + vy * vy - speed_mps * speed_mps
-    b = reach_m * speed_mps - x * vx - y * vy
-    discriminant = b * b - a * beyond
-    if discriminant < 0.0:
-        return np.inf
-    # In this form it holds for targets slower than the UAV, as fast, and faster.
-    divisor = b + np.sqrt(discriminant)
-    return beyond / divisor if divisor > 0.0 else np.inf
 
 
 @compiled

@@ -125,19 +125,20 @@ def until_s(objective: Objective, floor: Floats) -> Floats:
 
 
 def pieces_of(futures: Futures) -> tuple[Floats, Ints]:
-    """Return all straight motions: from, to, place at from, velocity, (P, 6); and whose (P,)."""
+    """Return all straight motions: from, to, place at from, velocity, (P, 6); and whose (P,).
+
+    Somebody who is somewhere for a moment only does not move there, and can be seen all the same.
+    """
     who = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
     at = np.stack([futures.time_s, futures.x_m, futures.y_m], axis=1)
-    last = np.zeros(len(who), dtype=bool)
-    last[futures.first_knot[1:][np.diff(futures.first_knot) > 0] - 1] = True
+    last = np.diff(who, append=-1) != 0
     moves = np.flatnonzero(~last & (np.diff(at[:, 0], append=np.inf) > 0.0))
-    step = at[moves + 1] - at[moves]
     rests = np.flatnonzero(last & ~futures.gone[who])
-    moving = np.column_stack(
-        [at[moves, 0], at[moves + 1, 0], at[moves, 1:], step[:, 1:] / step[:, :1]]
-    )
-    resting = np.column_stack(
-        [at[rests, 0], np.full(len(rests), np.inf), at[rests, 1:], np.zeros((len(rests), 2))]
-    )
-    whose = np.concatenate([who[moves], who[rests]]).astype(np.int64)
-    return np.ascontiguousarray(np.concatenate([moving, resting])), whose
+    moments = np.setdiff1d(np.arange(len(who)), np.concatenate([moves, moves + 1, rests]))
+    step = at[moves + 1] - at[moves]
+    places = np.concatenate([moves, rests, moments])
+    until_s = [at[moves + 1, 0], np.full(len(rests), np.inf), at[moments, 0]]
+    velocity = np.zeros((len(places), 2))
+    velocity[: len(moves)] = step[:, 1:] / step[:, :1]
+    pieces = np.column_stack([at[places, 0], np.concatenate(until_s), at[places, 1:], velocity])
+    return np.ascontiguousarray(pieces), who[places].astype(np.int64)

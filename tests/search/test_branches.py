@@ -1,0 +1,120 @@
+"""Split by their first hops, plans of small nets are bounded by what their enumeration finds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.arrays import Floats
+from planner.detection.first_detection import first_detection
+from planner.detection.track import Sensor, Track
+from planner.network.road_network import RoadNetwork
+from planner.search.bound import fitting_bin_s, table_of
+from planner.search.branches import Search
+from planner.search.problem import Problem, Uav
+from search_instances import driven, random_network, strayed
+
+Way = list[tuple[float, float]]
+
+
+def least_way_m(net: RoadNetwork) -> float:
+    xy = net.node_xy_m
+    return min(float(np.hypot(*(xy[a] - xy[b]))) for a, b in ((0, 1), (0, 2), (1, 2)))
+
+
+def small_problem(seed: int) -> Problem:
+    rng = np.random.default_rng(seed)
+    net = random_network(rng, nodes=3, roads=3)
+    while least_way_m(net) < 6000.0:  # not too many ways until the horizon
+        net = random_network(rng, nodes=3, roads=3)
+    futures = strayed(rng, 12) if seed % 3 == 0 else driven(net, rng, 12)
+    start = rng.uniform(0, 12000, 2) if seed % 4 else net.node_xy_m[0]
+    return Problem(
+        network=net,
+        futures=futures,
+        uavs=(Uav(*map(float, start), float(rng.uniform(0, 100)), 100.0),),
+        sensor=Sensor(float(rng.choice([300.0, 1500.0])), bool(seed % 2)),
+        horizon_s=450.0,
+        by_s=350.0 if seed % 5 == 0 else None,
+    )
+
+
+def ways_from(problem: Problem, node: int) -> list[tuple[int, Way, bool]]:
+    """Where one can go: to each other node straight, and along each road at the node."""
+    net, sensor = problem.network, problem.sensor
+    ways = [
+        (
+            other,
+            [tuple(net.node_xy_m[node]), tuple(net.node_xy_m[other])],
+            sensor.detects_in_transit,
+        )
+        for other in range(len(net.node_ids))
+        if other != node
+    ]
+    for road in range(len(net.road_ids)):
+        shape = [tuple(point) for point in net.shape(road)]
+        ends = (net.road_from[road], net.road_to[road])
+        ways += [(int(ends[1]), shape, True)] if ends[0] == node else []
+        ways += [(int(ends[0]), shape[::-1], True)] if ends[1] == node else []
+    return ways
+
+
+def reward_on(problem: Problem, at_s: float, way: Way, on: bool) -> tuple[float, Floats]:
+    """When a way that begins at a time ends, and the reward of what is seen on it."""
+    xy = np.array(way)
+    steps_s = np.hypot(*np.diff(xy, axis=0).T) / problem.uavs[0].speed_mps
+    time_s = at_s + np.concatenate(([0.0], np.cumsum(steps_s)))
+    spans = np.array([(time_s[0], time_s[-1])] if on else []).reshape(-1, 2)
+    track = Track(time_s, xy[:, 0], xy[:, 1], spans)
+    seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+    return float(time_s[-1]), problem.objective.reward(seen_at)
+
+
+def enumerated(problem: Problem) -> tuple[float, Floats]:
+    """The most that any chain of ways earns until the horizon, and with which particles."""
+    weight, ends_s = problem.futures.weight, problem.objective.ends_s
+    best = np.zeros(len(weight))
+    uav, net = problem.uavs[0], problem.network
+    waiting = []
+    for node, place in enumerate(net.node_xy_m):
+        way = [(uav.x_m, uav.y_m), tuple(place)]
+        on = problem.sensor.detects_in_transit
+        waiting.append((node, *reward_on(problem, uav.take_off_s, way, on)))
+    while waiting:
+        node, at_s, earned = waiting.pop()
+        best = max(best, earned, key=lambda reward: float(weight @ reward))
+        if at_s < ends_s:
+            for other, way, on in ways_from(problem, node):
+                end_s, more = reward_on(problem, at_s, way, on)
+                waiting.append((other, end_s, np.maximum(earned, more)))
+    return float(weight @ best), best
+
+
+@pytest.mark.parametrize("seed", range(110))
+def test_the_bound_meets_the_optimum(seed: int) -> None:
+    problem = small_problem(seed)
+    optimum, earned = enumerated(problem)
+    table = table_of(problem, fitting_bin_s(problem), np.zeros(len(earned)))
+    search = Search(problem, table, optimum, lambda _: False)
+    search.begin(earned, 20)
+    for _ in range(3000):
+        if search.done:
+            break
+        search.split(6)
+    value, bound = problem.objective.value(optimum), problem.objective.value(search.bound)
+    assert search.bound >= optimum - 1e-9 * problem.objective.most
+    assert abs(value - bound) <= 0.01 * bound
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_poor_plan_does_not_lower_the_bound(seed: int) -> None:
+    """What the search knows of no good plan closes nothing that is worth more."""
+    problem = replace(small_problem(seed), horizon_s=400.0)
+    optimum, earned = enumerated(problem)
+    table = table_of(problem, fitting_bin_s(problem), np.zeros(len(earned)))
+    search = Search(problem, table, 0.3 * optimum, lambda _: False)
+    search.begin(0.3 * earned, 20)
+    for _ in range(40):
+        if not search.done:
+            search.split(3)
+        assert search.bound >= optimum - 1e-9 * problem.objective.most
