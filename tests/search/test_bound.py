@@ -7,6 +7,7 @@ import pytest
 
 from grid_instance import grid_futures, grid_problem
 from planner.detection.first_detection import first_detection
+from planner.detection.track import Track
 from planner.errors import NotApplicableError
 from planner.search.bound import Table, fitting_bin_s, table_of
 from planner.search.hops import hops_of
@@ -70,6 +71,29 @@ def test_counts_are_a_slope(seed: int) -> None:
         bound, counts = table.bound(here)
         change = (table.weight * (1.0 - counts)) @ (there - here)
         assert table.bound(there)[0] >= bound + change - 1e-7 * most
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_a_leg_before_surely_saw_it_saw(seed: int) -> None:
+    """Whenever within its bins the hop begins, the leg flown just before has seen the particle."""
+    problem, rng = random_problem(seed), np.random.default_rng(seed)
+    hops, table = hops_of(problem), small_table(problem)
+    (first, particle, _, known), _, (first_into, into) = table.world
+    hop_of = np.searchsorted(first, np.arange(len(particle)), side="right") - 1
+    told = np.flatnonzero(known)
+    for e in rng.choice(told, min(60, len(told)), replace=False).tolist():
+        i, hop = divmod(int(hop_of[e]), len(hops))
+        before = [b for b in range(8) if known[e] >> b & 1]
+        leg = int(into[first_into[hops.from_node[hop]] + before[0]])
+        assert hops.to_node[leg] == hops.from_node[hop]
+        for late in (-0.5, 0.0, 0.5):
+            starts_s = table.bins.first_s + (i + late) * table.bins.step_s - hops.duration_s[leg]
+            points = slice(hops.first_point[leg], hops.first_point[leg + 1])
+            time_s = starts_s + hops.after_s[points]
+            on = np.array([(time_s[0], time_s[-1])])
+            track = Track(time_s, hops.x_m[points], hops.y_m[points], on)
+            seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+            assert np.isfinite(seen_at[particle[e]])
 
 
 def test_hops_of_the_grid() -> None:
