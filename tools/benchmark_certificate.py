@@ -18,7 +18,7 @@ from planner.search.certificate import Effort, certified
 from planner.streams import stream
 
 AIMS = {0: 0.30, 60: 0.10, 120: 0.10, 180: 0.10, 300: 0.08, 500: 0.015, 700: 0.003}  # gaps
-CURVE_S = (5.0, 10.0, 20.0, 40.0)
+CURVE_S = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0)
 
 
 def measured(u0_km: int, seconds: float) -> tuple[float, float, float, list[str]]:
