@@ -207,9 +207,8 @@ def _add_certify(commands: Any) -> None:
     parser.add_argument(
         "--work",
         type=count,
-        default=600,
         metavar="N",
-        help="price steps (default: %(default)s)",
+        help="price steps (default: 600, or any number with --time-limit)",
     )
     parser.add_argument(
         "--sets",

@@ -13,7 +13,7 @@ from planner.mission import certify as mission
 from planner.mission.preparation import Recorder
 from planner.report import run_files, tables
 from planner.report.progress import progress
-from planner.search.certificate import Certificate
+from planner.search.certificate import STEPS, Certificate
 from planner.search.plan import Plan
 from planner.search.problem import Problem
 from planner.stopping import first_asks
@@ -67,7 +67,8 @@ def _certificate(
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
     seconds = math.inf if arguments.time_limit is None else arguments.time_limit
     with first_asks() as asked:
-        limits = mission.Limits(arguments.gap, arguments.work, seconds, asked)
+        steps = arguments.work or (STEPS if arguments.time_limit is None else UNCOUNTED)
+        limits = mission.Limits(arguments.gap, steps, seconds, asked)
         certificate = certificate_of(problem, plan, limits)
         if arguments.sets is None:
             return certificate, None
