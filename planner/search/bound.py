@@ -26,7 +26,7 @@ from planner.detection.track import Track
 from planner.errors import NotApplicableError
 from planner.search.hops import Hops, hops_of, passes_over
 from planner.search.problem import Problem
-from planner.search.sightings import Arrivals, Bins, sightings_of, until_s
+from planner.search.sightings import Arrivals, Bins, sightings_of
 
 MOST_CELLS = 4_000_000  # hops times bins, of which a table is made
 Start = tuple[int, int, Floats]  # node, bin, reward of what is seen until there
@@ -107,15 +107,13 @@ class Table:
         )
 
 
-def table_of(problem: Problem, bin_s: float, floor: Floats) -> Table:
+def table_of(problem: Problem, bin_s: float) -> Table:
     """Return the table of a problem's bound.
 
     Parameters
     ----------
     bin_s
         How finely it looks, seconds.
-    floor
-        Rewards, (N,), below which no price will be asked; the higher, the smaller the table.
 
     Raises
     ------
@@ -129,16 +127,16 @@ def table_of(problem: Problem, bin_s: float, floor: Floats) -> Table:
     hops, nodes = hops_of(problem), len(problem.network.node_ids)
     flights = first_flights(problem)
     first_s = min(at_s for _, at_s, _ in flights)
-    ends_s = min(float(until_s(problem.objective, floor).max()), problem.uavs[0].landing_s)
+    ends_s = min(problem.objective.ends_s, problem.uavs[0].landing_s)
     bins = Bins(first_s, bin_s, max(1, int(np.ceil((ends_s - first_s) / bin_s)) + 1))
     _check(hops, bins)
     arrivals = Arrivals.of(hops, nodes)
     lasts = np.ascontiguousarray(bins.lasting(hops.duration_s).T)
     return Table(
         weight=problem.futures.weight,
-        floor=floor,
+        floor=np.zeros(len(problem.futures)),
         world=(
-            sightings_of(problem, hops, bins, arrivals, floor),
+            sightings_of(problem, hops, bins, arrivals),
             (hops.from_node, hops.to_node, lasts, hops.legs),
             (arrivals.first, arrivals.leg),
         ),

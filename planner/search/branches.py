@@ -112,10 +112,10 @@ class Search:
             self._closed, steps = min(self._closed, least), steps - CHUNK
             if steps <= 0 or self.stopped:
                 break
-        near = self._floor(price, NEAR) if root.size > SMALL else root.floor
-        self._near = root.narrowed(near, unseen, root.starts)
         table.bound(price)
         self._priced[()] = np.inf, price
+        near = self._floor(price, NEAR) if root.size > SMALL else root.floor
+        self._near = root.narrowed(near, unseen, root.starts)
         for number, place in enumerate(self._flights.first):
             self._add((number,), place, place[0], (self._closed, price, table))
         self._closed = self._value
@@ -147,7 +147,8 @@ class Search:
     def _table(self, price: Floats, unseen: Flags, start: Start) -> tuple[Floats, Table]:
         """Return prices no higher than anything that a beginning may still sell, and its table."""
         for among in (self._near, self._root):
-            if np.all(price >= among.floor, where=unseen):
+            free = (price > among.floor) | (among.floor <= self._root.floor)
+            if np.all(free, where=unseen):
                 lowered = among.no_dearer(price, start)
                 floor = np.maximum(among.floor, self._floor(lowered))
                 table = among.narrowed(floor, unseen, (start,))

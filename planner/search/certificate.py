@@ -11,15 +11,12 @@ from planner.arrays import Floats
 from planner.detection.first_detection import first_detection
 from planner.search.bound import fitting_bin_s, table_of
 from planner.search.branches import Beginning, Search
-from planner.search.hops import hops_of
 from planner.search.plan import Plan
 from planner.search.problem import Problem
 from planner.search.sightings import pieces_of
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a beginning
-SMALL_CELLS = 100_000  # hops times bins; larger tables leave late sightings out:
-LATES = (0.98, 1.0)  # at first those after so many of the plan's own, then only those after all
 
 
 @dataclass(frozen=True)
@@ -70,48 +67,29 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     most = float(weight @ objective.reward(earliest(problem)))
     if not plan.legs[0]:
         return Certificate(value, objective.value(most), "free")
-    steps, least, proof = itertools.count(1), math.inf, dict[Beginning, Floats]()
+    steps = itertools.count(1)
 
     def stop(bounded: float) -> bool:
-        bound, step = objective.value(min(bounded, least, most)), next(steps)
+        bound, step = objective.value(min(bounded, most)), next(steps)
         gap = gap_of(value, bound)
         if effort.told:
             effort.told(step, value, bound, gap)
         return gap <= effort.gap or step >= effort.steps or effort.stop()
 
-    for floor in _floors(problem, seen_at):
-        search = _searched(problem, floor, earned, stop)
-        if search.bound < least:
-            least, proof = search.bound, search.proof
-        if search.stopped or least <= reward:
-            break
-    return Certificate(
-        value, objective.value(min(least, most)), "roads", fitting_bin_s(problem), proof
-    )
+    search = _searched(problem, earned, stop)
+    bound = objective.value(min(search.bound, most))
+    return Certificate(value, bound, "roads", fitting_bin_s(problem), search.proof)
 
 
-def _searched(
-    problem: Problem, floor: Floats, earned: Floats, stop: Callable[[float], bool]
-) -> Search:
+def _searched(problem: Problem, earned: Floats, stop: Callable[[float], bool]) -> Search:
     """Return a search for the best bound, started from what a plan earns, and ended."""
-    table = table_of(problem, fitting_bin_s(problem), floor)
-    shares = [np.maximum(table.floor, share * earned) for share in STARTS]
-    start = min(shares, key=lambda prices: table.bound(prices)[0])
+    table = table_of(problem, fitting_bin_s(problem))
+    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices)[0])
     search = Search(problem, table, float(problem.futures.weight @ earned), stop)
     search.begin(start, FIRST_STEPS)
     while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)
     return search
-
-
-def _floors(problem: Problem, seen_at: Floats) -> list[Floats]:
-    """Return the rewards of the latest sightings that a bound looks at, first and then, (N,)."""
-    none, objective = np.zeros(len(seen_at)), problem.objective
-    cells = len(hops_of(problem)) * objective.ends_s / fitting_bin_s(problem)
-    if cells <= SMALL_CELLS or objective.by_s is not None:
-        return [none]
-    seen_at = np.minimum(seen_at, problem.horizon_s)
-    return [none + objective.reward(np.quantile(seen_at, [late])) for late in LATES]
 
 
 def earliest(problem: Problem) -> Floats:

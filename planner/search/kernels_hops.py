@@ -80,16 +80,16 @@ def sweep(
 
 
 @compiled
-def listed(seen_at: Floats, until_s: Floats) -> tuple[Offsets, Ints, Floats]:
-    """Return how many sightings before ``until_s`` (N,) each start has, who, and when."""
+def listed(seen_at: Floats, until_s: float) -> tuple[Offsets, Ints, Floats]:
+    """Return how many sightings each start has up to ``until_s``, who, and when."""
     counts = np.zeros(len(seen_at), dtype=np.int64)
     for i in range(len(seen_at)):
-        for k in range(len(until_s)):
-            counts[i] += seen_at[i, k] < until_s[k]
+        for k in range(seen_at.shape[1]):
+            counts[i] += seen_at[i, k] <= until_s
     who, when, n = np.empty(counts.sum(), np.int32), np.empty(counts.sum()), 0
     for i in range(len(seen_at)):
-        for k in range(len(until_s)):
-            if seen_at[i, k] < until_s[k]:
+        for k in range(seen_at.shape[1]):
+            if seen_at[i, k] <= until_s:
                 who[n], when[n] = k, seen_at[i, k]
                 n += 1
     return counts, who, when

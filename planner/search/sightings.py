@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.objective import Objective
 from planner.futures.futures import Futures
 from planner.search.hops import Hops
 from planner.search.problem import Problem
@@ -58,45 +57,43 @@ class Arrivals:
         return self.leg[self.first[node] : self.first[node + 1]]
 
 
-def sightings_of(
-    problem: Problem, hops: Hops, bins: Bins, arrivals: Arrivals, floor: Floats
-) -> Any:
-    """Return the sightings that earn more than a floor as ``kernels_prices`` takes them.
-
-    Parameters
-    ----------
-    floor
-        Per particle, (N,), in units of reward.
-    """
-    from planner.search.kernels_hops import listed, sweep
+def sightings_of(problem: Problem, hops: Hops, bins: Bins, arrivals: Arrivals) -> Any:
+    """Return the sightings that earn something as ``kernels_prices`` takes them."""
     from planner.search.kernels_prices import by_bin
 
+    first, particle, reward, sure = _by_hop(problem, hops, bins)
+    known = _known(hops, arrivals, (first, particle), sure, bins)
+    return by_bin((first, particle, reward, known), len(hops))
+
+
+def _by_hop(problem: Problem, hops: Hops, bins: Bins) -> tuple[Ints, Ints, Floats, Ints]:
+    """Return the sightings by hop and bin, and what legs surely see, one bit each.
+
+    First (hops * bins + 1,), particle (M,), reward times weight (M,), sure (legs, bins, N / 8).
+    """
+    from planner.search.kernels_hops import listed, sweep
+
     pieces, who = pieces_of(problem.futures)
+    objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
     span = (bins.first_s, bins.step_s, bins.count)
-    half_s, radius_m = bins.step_s / 2, problem.sensor.radius_m
+    half_s, radius_m = bins.step_s / 2, sensor.radius_m
     slack_m = half_s * problem.legs.speed_mps
-    until = until_s(problem.objective, floor)
-    many = len(hops) if problem.sensor.detects_in_transit else hops.legs
-    counts, whose, rewards = [], [], []
-    sure = np.zeros((hops.legs, bins.count, (len(floor) + 7) // 8), dtype=np.uint8)
-    seen_at = np.empty((bins.count, len(floor)))
-    for hop in range(many):
+    counts = np.zeros((len(hops), bins.count), dtype=np.int64)
+    whose, rewards = [], []
+    sure = np.zeros((hops.legs, bins.count, (len(weight) + 7) // 8), dtype=np.uint8)
+    seen_at = np.empty((bins.count, len(weight)))
+    for hop in range(len(hops) if sensor.detects_in_transit else hops.legs):
         seen_at[:] = np.inf
         sweep(hops.wide(hop, half_s), pieces, who, span, radius_m + slack_m, seen_at)
-        count, particle, when = listed(seen_at, until)
-        counts.append(count)
+        counts[hop], particle, when = listed(seen_at, objective.ends_s)
         whose.append(particle)
-        rewards.append(problem.objective.reward(when))
+        rewards.append(objective.reward(when) * weight[particle])
         if hop < hops.legs and radius_m > slack_m:
             seen_at[:] = np.inf
             sweep(hops.core(hop, half_s), pieces, who, span, radius_m - slack_m, seen_at)
             sure[hop] = np.packbits(seen_at < np.inf, axis=1)
-    counts.append(np.zeros((len(hops) - many) * bins.count, dtype=np.int64))
-    first = np.concatenate(([0], np.cumsum(np.concatenate(counts))))
-    particle = np.concatenate(whose)
-    known = _known(hops, arrivals, (first, particle), sure, bins)
-    reward = np.concatenate(rewards) * problem.futures.weight[particle]
-    return by_bin((first, particle, reward, known), len(hops))
+    first = np.concatenate(([0], np.cumsum(counts)))
+    return first, np.concatenate(whose), np.concatenate(rewards), sure
 
 
 def _known(
@@ -115,13 +112,6 @@ def _known(
         among = slice(cells[0], cells[-1])
         known[among] = known_after(cells - cells[0], particle[among], sure, before)
     return known
-
-
-def until_s(objective: Objective, floor: Floats) -> Floats:
-    """Return until when sightings earn more than a floor, (N,) seconds."""
-    if objective.by_s is None:
-        return objective.ends_s - floor
-    return np.where(floor < 1.0, np.nextafter(objective.by_s, np.inf), -np.inf)
 
 
 def pieces_of(futures: Futures) -> tuple[Floats, Ints]:

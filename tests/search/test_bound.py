@@ -40,7 +40,7 @@ def random_orders(problem: Problem, rng: np.random.Generator, many: int) -> list
 
 
 def small_table(problem: Problem) -> Table:
-    return table_of(problem, fitting_bin_s(problem), np.zeros(len(problem.futures)))
+    return table_of(problem, fitting_bin_s(problem))
 
 
 @pytest.mark.parametrize("seed", range(100))
@@ -111,13 +111,13 @@ def test_bins_must_fit() -> None:
     """A hop that ends in the bin it began in would be worth nothing to a programme over time."""
     problem = grid_problem(grid_futures(3, np.random.default_rng(1)))
     with pytest.raises(NotApplicableError, match="shortest flight"):
-        table_of(problem, 200.0, np.zeros(3))
+        table_of(problem, 200.0)
     with pytest.raises(NotApplicableError, match="smaller net"):
-        table_of(problem, 0.5, np.zeros(3))
+        table_of(problem, 0.5)
 
 
 def test_a_road_plan_that_has_to_come_home_has_no_bound() -> None:
     problem = random_problem(1)
     uav = replace(problem.uavs[0], return_to_m=(0.0, 0.0))
     with pytest.raises(NotApplicableError, match="return_to"):
-        table_of(problem.replace(uavs=(uav,)), 1.0, np.zeros(len(problem.futures)))
+        table_of(problem.replace(uavs=(uav,)), 1.0)

@@ -45,7 +45,8 @@ def test_the_earliest_sighting_is_offered(seed: int) -> None:
     weight, dear = problem.futures.weight, problem.objective.most + 1.0
     most_of = most_seen(problem, rng, 1500)
     floor = np.maximum(0.0, most_of - BELOW) * (seed % 2)  # the cheap price, or nothing
-    table = table_of(problem, fitting_bin_s(problem), floor)
+    table = table_of(problem, fitting_bin_s(problem))
+    table = table.narrowed(floor, floor < np.inf, table.starts)
     for k, most in enumerate(most_of.tolist()):
         if most <= BELOW:
             continue

@@ -94,7 +94,7 @@ def enumerated(problem: Problem) -> tuple[float, Floats]:
 def test_the_bound_meets_the_optimum(seed: int) -> None:
     problem = small_problem(seed)
     optimum, earned = enumerated(problem)
-    table = table_of(problem, fitting_bin_s(problem), np.zeros(len(earned)))
+    table = table_of(problem, fitting_bin_s(problem))
     search = Search(problem, table, optimum, lambda _: False)
     search.begin(earned, 20)
     for _ in range(3000):
@@ -112,7 +112,7 @@ def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
     """What the search knows of no good plan closes nothing that is worth more."""
     problem = replace(small_problem(seed), horizon_s=400.0)
     optimum, earned = enumerated(problem)
-    table = table_of(problem, fitting_bin_s(problem), np.zeros(len(earned)))
+    table = table_of(problem, fitting_bin_s(problem))
     search = Search(problem, table, share * optimum, lambda _: False)
     search.begin(share * earned, 20)
     for _ in range(60):
