@@ -23,7 +23,7 @@ Place = tuple[int, float, Floats]  # node, time, reward of what is seen until th
 Beginning = tuple[int, ...]  # number of the first flight, then hops; () is before take-off
 SMALL = 500_000  # sightings
 CHUNK = 25  # steps, after which sightings that earn too little are left out anew
-NARROW, NEAR = 0.2, 0.35  # of the way from a price to the greatest reward: prices fall no further
+NARROW, NEAR = 0.4, 0.6  # of the way from a price to the greatest reward: prices fall no further
 
 
 class Flights:
