@@ -15,6 +15,7 @@ from planner.cli_arguments import (
     seed,
     share,
 )
+from planner.cli_examples import OF_COMMAND, told
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -38,7 +39,8 @@ def _command(
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
-        description=f"{summary[0].upper()}{summary[1:]}. {more}".strip(),
+        description=f"{summary[0].upper()}{summary[1:]}.\n\n{more}".strip(),
+        epilog=told(OF_COMMAND[name]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(run=_later(name, module))
@@ -184,8 +186,8 @@ def _add_certify(commands: Any) -> None:
         "certify",
         "bound how much better than a run's plan any plan can be",
         "Adds a certificate to plan.json and writes prices.parquet, weights.parquet,\n"
-        "knots.parquet and net.json, with which tools/verify.py checks it. Ctrl-C ends the search\n"
-        "with the bound so far.",
+        "knots.parquet and net.json, with which tools/verify.py checks it.\n"
+        "Ctrl-C ends the search with the bound so far.",
         module="commands_certificate",
     )
     parser.add_argument(
@@ -254,8 +256,8 @@ def _add_experiment(commands: Any) -> None:
         commands,
         "experiment",
         "run an experiment: all combinations of factors, methods and seeds",
-        "Writes results.csv, results.parquet and timings.parquet. What is finished is kept in DIR\n"
-        "as it is done: called again, a stopped experiment goes on where it was.",
+        "Writes results.csv, results.parquet and timings.parquet. Each condition is kept in\n"
+        "DIR as it is done: called again, a stopped experiment goes on where it was.",
         module="commands_experiment",
     )
     parser.add_argument(
@@ -274,7 +276,7 @@ def _add_experiment(commands: Any) -> None:
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="first and last level of each factor, one seed, few particles and targets",
+        help="first and last level of each factor, two seeds, few particles and targets",
     )
     parser.add_argument("--dry-run", action="store_true", help="list the conditions, run none")
     parser.add_argument(
