@@ -90,7 +90,13 @@ def _add_futures(commands: Any) -> None:
 def _add_where(commands: Any) -> None:
     parser = _command(commands, "where", "tell where the target may be at a time")
     add_scenario(parser)
-    parser.add_argument("--at", type=moment, required=True, metavar="TIME", help="seconds or H:M:S")
+    parser.add_argument(
+        "--at",
+        type=moment,
+        required=True,
+        metavar="TIME",
+        help="seconds or H:M:S since the target was last seen",
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -112,7 +118,13 @@ def _add_plan(commands: Any) -> None:
         module="commands_plan",
     )
     add_scenario(parser)
-    parser.add_argument("-o", "--output", type=path, metavar="DIR", help="folder of the run")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR",
+        help="folder of the run; left out: nothing is saved",
+    )
     parser.add_argument(
         "--method",
         default="best",
@@ -175,8 +187,10 @@ def _add_fly(commands: Any) -> None:
         metavar="M",
         help="metres on its first edge where it starts, with --route (default: 0)",
     )
-    parser.add_argument("-s", "--seed", type=seed, help="seed of the targets")
-    parser.add_argument("-j", "--jobs", type=count, metavar="N", help="processes that run SUMO")
+    parser.add_argument("-s", "--seed", type=seed, help="seed of the targets (default: the run's)")
+    parser.add_argument(
+        "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
+    )
     parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
 
 
@@ -219,7 +233,9 @@ def _add_certify(commands: Any) -> None:
         help="bound so many other sets of particles as well, 10 or more, for a statement about "
         "the true optimum",
     )
-    parser.add_argument("-j", "--jobs", type=count, metavar="N", help="processes that run SUMO")
+    parser.add_argument(
+        "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
+    )
     parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
 
 
