@@ -30,6 +30,18 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         default=[],
         help="override a field of the scenario, such as uav.start.distance_m=120000; repeatable",
     )
+    add_jobs(parser)
+
+
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """Have the folder of a run named."""
+    parser.add_argument(
+        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
+    )
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Let the number of processes be chosen."""
     parser.add_argument(
         "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
     )

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from planner.cli_arguments import (
+    add_jobs,
     add_objective,
+    add_run,
     add_scenario,
     add_targets,
     count,
@@ -171,9 +173,7 @@ def _add_fly(commands: Any) -> None:
         "fly a plan against true targets",
         "Writes flights.csv into the run's folder.",
     )
-    parser.add_argument(
-        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
-    )
+    add_run(parser)
     add_targets(parser, default=1000)
     parser.add_argument(
         "--route", metavar="EDGES", help='one target with this route, as "r0c0-r0c1 r0c1-r1c1 ..."'
@@ -188,9 +188,7 @@ def _add_fly(commands: Any) -> None:
         help="metres on its first edge where it starts, with --route (default: 0)",
     )
     parser.add_argument("-s", "--seed", type=seed, help="seed of the targets (default: the run's)")
-    parser.add_argument(
-        "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
-    )
+    add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
 
 
@@ -204,9 +202,7 @@ def _add_certify(commands: Any) -> None:
         "Ctrl-C ends the search with the bound so far.",
         module="commands_certificate",
     )
-    parser.add_argument(
-        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
-    )
+    add_run(parser)
     parser.add_argument(
         "--gap",
         type=share,
@@ -233,9 +229,7 @@ def _add_certify(commands: Any) -> None:
         help="bound so many other sets of particles as well, 10 or more, for a statement about "
         "the true optimum",
     )
-    parser.add_argument(
-        "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
-    )
+    add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
 
 
