@@ -24,6 +24,7 @@ from planner.commands_shared import (
 )
 from planner.detection.track import Sensor
 from planner.errors import InputError, NotApplicableError
+from planner.files import write_json
 from planner.futures.store import Recording, read_recording
 from planner.mission import certificate_file, certify
 from planner.mission.plan_file import plan_content
@@ -71,7 +72,7 @@ def plan(arguments: argparse.Namespace) -> int:
             watch.lap("files")
             record = _provenance(opened, content, recording, watch)
             record["planning"] = _planning_record(found.trial)
-            run_files.write_json(folder / run_files.PROVENANCE, record)
+            write_json(folder / run_files.PROVENANCE, record)
     told = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         told["certificate"] = found.certificate and certificate_file.certificate_content(
