@@ -18,6 +18,7 @@ from planner.cli_arguments import (
     share,
 )
 from planner.cli_examples import OF_COMMAND, told
+from planner.search.methods import METHODS
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -131,7 +132,7 @@ def _add_plan(commands: Any) -> None:
         "--method",
         default="best",
         metavar="NAME",
-        help="how the plan is made; `planner compare` shows them all (default: %(default)s)",
+        help="how the plan is made, see below (default: %(default)s)",
     )
     parser.add_argument(
         "--free", action="store_true", help="let `best` leave the roads: turn, hover, cut across"
@@ -164,6 +165,8 @@ def _add_plan(commands: Any) -> None:
     )
     add_targets(parser, default=4000)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+    methods = (f"  {method.name:<21} {method.summary}" for method in METHODS)
+    parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])
 
 
 def _add_fly(commands: Any) -> None:
