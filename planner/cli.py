@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from planner.cli_commands import Command, add_commands
+from planner.cli_examples import OF_ALL, told
 from planner.errors import PlannerError
 from planner.stopping import stopped_by_signals
 
@@ -23,17 +24,6 @@ A scenario tells what is known: the road network, where the vehicle may have
 started, how fast it goes, where it may turn; where the drone is and what it sees.
 Many possible futures of the vehicle are driven through SUMO and recorded; road
 orders are flown against them, and the best are flown against fresh ones.
-"""
-
-EXAMPLES = """\
-examples:
-  planner plan grid5x5 -o runs/first            plan, evaluate, draw
-  planner plan grid5x5 --gap 0.1 -o runs/near   until it is near the best plan
-  planner fly runs/first --targets 1000         fly it against fresh targets
-  planner compare grid5x5                       all methods, one table
-  planner experiment grid5x5/figure8 -o runs/8  a batch, which goes on if stopped
-  planner where grid5x5 --at 0:30:00            where the vehicle may be by then
-  planner plan grid5x5 --set uav.start.distance_m=120000 --set greedy.direction=both
 """
 
 
@@ -130,7 +120,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="planner",
         description=DESCRIPTION,
-        epilog=EXAMPLES,
+        epilog=told(OF_ALL),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(

@@ -17,10 +17,12 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         "or the run.json of an earlier run",
     )
     parser.add_argument(
-        "-n", "--net-file", type=path, metavar="FILE", help="another SUMO net (.net.xml)"
+        "-n", "--net-file", type=path, metavar="FILE", help="on another SUMO net (.net.xml)"
     )
-    parser.add_argument("-s", "--seed", type=seed, help="seed of all random draws")
-    parser.add_argument("--preset", metavar="NAME", help="one of the scenario's [presets.NAME]")
+    parser.add_argument(
+        "-s", "--seed", type=seed, help="seed of all random draws (default: the scenario's)"
+    )
+    parser.add_argument("--preset", metavar="NAME", help="apply the scenario's [presets.NAME]")
     parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
@@ -28,6 +30,18 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         default=[],
         help="override a field of the scenario, such as uav.start.distance_m=120000; repeatable",
     )
+    add_jobs(parser)
+
+
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """Have the folder of a run named."""
+    parser.add_argument(
+        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
+    )
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Let the number of processes be chosen."""
     parser.add_argument(
         "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
     )
@@ -49,10 +63,14 @@ def add_objective(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--objective",
         choices=("time", "probability"),
-        help="least expected detection time, or most probably found by --by",
+        help="least expected detection time, or most probably found by --by (default: the "
+        "scenario's)",
     )
     parser.add_argument(
-        "--by", type=moment, metavar="TIME", help="the deadline, seconds or H:M:S since time 0"
+        "--by",
+        type=moment,
+        metavar="TIME",
+        help="the deadline, seconds or H:M:S since the target was last seen",
     )
 
 

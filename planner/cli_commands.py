@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from planner.cli_arguments import (
+    add_jobs,
     add_objective,
+    add_run,
     add_scenario,
     add_targets,
     count,
@@ -15,6 +17,8 @@ from planner.cli_arguments import (
     seed,
     share,
 )
+from planner.cli_examples import OF_COMMAND, told
+from planner.search.methods import METHODS
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -38,7 +42,8 @@ def _command(
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
-        description=f"{summary[0].upper()}{summary[1:]}. {more}".strip(),
+        description=f"{summary[0].upper()}{summary[1:]}.\n\n{more}".strip(),
+        epilog=told(OF_COMMAND[name]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(run=_later(name, module))
@@ -88,7 +93,13 @@ def _add_futures(commands: Any) -> None:
 def _add_where(commands: Any) -> None:
     parser = _command(commands, "where", "tell where the target may be at a time")
     add_scenario(parser)
-    parser.add_argument("--at", type=moment, required=True, metavar="TIME", help="seconds or H:M:S")
+    parser.add_argument(
+        "--at",
+        type=moment,
+        required=True,
+        metavar="TIME",
+        help="seconds or H:M:S since the target was last seen",
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -110,12 +121,18 @@ def _add_plan(commands: Any) -> None:
         module="commands_plan",
     )
     add_scenario(parser)
-    parser.add_argument("-o", "--output", type=path, metavar="DIR", help="folder of the run")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR",
+        help="folder of the run; left out: nothing is saved",
+    )
     parser.add_argument(
         "--method",
         default="best",
         metavar="NAME",
-        help="how the plan is made; `planner compare` shows them all (default: %(default)s)",
+        help="how the plan is made, see below (default: %(default)s)",
     )
     parser.add_argument(
         "--free", action="store_true", help="let `best` leave the roads: turn, hover, cut across"
@@ -148,6 +165,8 @@ def _add_plan(commands: Any) -> None:
     )
     add_targets(parser, default=4000)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+    methods = (f"  {method.name:<21} {method.summary}" for method in METHODS)
+    parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])
 
 
 def _add_fly(commands: Any) -> None:
@@ -157,9 +176,7 @@ def _add_fly(commands: Any) -> None:
         "fly a plan against true targets",
         "Writes flights.csv into the run's folder.",
     )
-    parser.add_argument(
-        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
-    )
+    add_run(parser)
     add_targets(parser, default=1000)
     parser.add_argument(
         "--route", metavar="EDGES", help='one target with this route, as "r0c0-r0c1 r0c1-r1c1 ..."'
@@ -173,8 +190,8 @@ def _add_fly(commands: Any) -> None:
         metavar="M",
         help="metres on its first edge where it starts, with --route (default: 0)",
     )
-    parser.add_argument("-s", "--seed", type=seed, help="seed of the targets")
-    parser.add_argument("-j", "--jobs", type=count, metavar="N", help="processes that run SUMO")
+    parser.add_argument("-s", "--seed", type=seed, help="seed of the targets (default: the run's)")
+    add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
 
 
@@ -184,13 +201,11 @@ def _add_certify(commands: Any) -> None:
         "certify",
         "bound how much better than a run's plan any plan can be",
         "Adds a certificate to plan.json and writes prices.parquet, weights.parquet,\n"
-        "knots.parquet and net.json, with which tools/verify.py checks it. Ctrl-C ends the search\n"
-        "with the bound so far.",
+        "knots.parquet and net.json, with which tools/verify.py checks it.\n"
+        "Ctrl-C ends the search with the bound so far.",
         module="commands_certificate",
     )
-    parser.add_argument(
-        "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
-    )
+    add_run(parser)
     parser.add_argument(
         "--gap",
         type=share,
@@ -217,7 +232,7 @@ def _add_certify(commands: Any) -> None:
         help="bound so many other sets of particles as well, 10 or more, for a statement about "
         "the true optimum",
     )
-    parser.add_argument("-j", "--jobs", type=count, metavar="N", help="processes that run SUMO")
+    add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
 
 
@@ -254,8 +269,8 @@ def _add_experiment(commands: Any) -> None:
         commands,
         "experiment",
         "run an experiment: all combinations of factors, methods and seeds",
-        "Writes results.csv, results.parquet and timings.parquet. What is finished is kept in DIR\n"
-        "as it is done: called again, a stopped experiment goes on where it was.",
+        "Writes results.csv, results.parquet and timings.parquet. Each condition is kept in\n"
+        "DIR as it is done: called again, a stopped experiment goes on where it was.",
         module="commands_experiment",
     )
     parser.add_argument(
@@ -274,7 +289,7 @@ def _add_experiment(commands: Any) -> None:
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="first and last level of each factor, one seed, few particles and targets",
+        help="first and last level of each factor, two seeds, few particles and targets",
     )
     parser.add_argument("--dry-run", action="store_true", help="list the conditions, run none")
     parser.add_argument(

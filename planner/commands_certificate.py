@@ -11,7 +11,7 @@ from planner.errors import InputError
 from planner.mission import certificate_file as files
 from planner.mission import certify as mission
 from planner.mission.preparation import Recorder
-from planner.report import run_files, tables
+from planner.report import remarks, run_files
 from planner.report.progress import progress
 from planner.search.certificate import STEPS, Certificate
 from planner.search.plan import Plan
@@ -39,9 +39,9 @@ def certify(arguments: argparse.Namespace) -> int:
             told |= {"true_optimum_limit": limit, "sets": arguments.sets}
         plan_file = arguments.directory / run_files.PLAN
         files.write_certificate(folder, problem, certificate, plan_file, told)
-    shown = [tables.certificate_line(certificate, problem.by_s)]
+    shown = [remarks.certificate_line(certificate, problem.by_s)]
     if limit is not None:
-        shown.append(tables.limit_line(limit, arguments.sets, problem.by_s))
+        shown.append(remarks.limit_line(limit, arguments.sets, problem.by_s))
     tell(arguments, told, [*shown, f"written to {arguments.directory}"])
     return 0
 

@@ -26,7 +26,7 @@ from planner.mission import certify
 from planner.mission.bounds import Bounds, bounds_of, stored_bound
 from planner.mission.preparation import Recorder
 from planner.mission.trial import Trial
-from planner.report import run_files, tables
+from planner.report import remarks, run_files, tables
 from planner.report.progress import progress
 from planner.search.certificate import STEPS
 from planner.search.methods import METHODS, Method
@@ -56,7 +56,7 @@ def compare(arguments: argparse.Namespace) -> int:
             run_files.write_compare(path, rows)
     told = [run_files.compare_cells(row) for row in rows]
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
-    shown: list[Any] = [tables.compare_table(rows, title), *tables.reasons(rows), *bounds.reasons]
+    shown: list[Any] = [tables.compare_table(rows, title), *remarks.reasons(rows), *bounds.reasons]
     tell(arguments, {"methods": told}, shown)
     return 0
 

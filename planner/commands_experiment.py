@@ -17,10 +17,10 @@ from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.pool import conducted
 from planner.experiments.run import Backend, Results, run
+from planner.files import write_json
 from planner.futures.workers import cores
 from planner.report import experiment_tables
 from planner.report.progress import progress
-from planner.report.run_files import write_json
 from planner.stopping import undone_if_stopped
 
 MARK = "experiment.json"  # tells whose results a folder holds

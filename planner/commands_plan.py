@@ -24,6 +24,7 @@ from planner.commands_shared import (
 )
 from planner.detection.track import Sensor
 from planner.errors import InputError, NotApplicableError
+from planner.files import write_json
 from planner.futures.store import Recording, read_recording
 from planner.mission import certificate_file, certify
 from planner.mission.plan_file import plan_content
@@ -31,7 +32,7 @@ from planner.mission.preparation import Recorder, problem_of
 from planner.mission.to_gap import Sides, planned_to_gap
 from planner.mission.trial import Limits, Trial
 from planner.provenance import provenance
-from planner.report import run_files, tables
+from planner.report import remarks, run_files, tables
 from planner.search.certificate import STEPS, Certificate
 from planner.search.methods import Method, method_named
 from planner.search.plan import Plan
@@ -71,7 +72,7 @@ def plan(arguments: argparse.Namespace) -> int:
             watch.lap("files")
             record = _provenance(opened, content, recording, watch)
             record["planning"] = _planning_record(found.trial)
-            run_files.write_json(folder / run_files.PROVENANCE, record)
+            write_json(folder / run_files.PROVENANCE, record)
     told = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         told["certificate"] = found.certificate and certificate_file.certificate_content(
@@ -131,7 +132,7 @@ def _shown(arguments: argparse.Namespace, opened: Opened, found: _Found) -> list
         tables.plan_table(tables.row_of(trial)),
         tables.legs_table(trial.plan, opened.network),
     ]
-    hint = tables.particles_hint(trial.planned, trial.evaluated)
+    hint = remarks.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
     shown += [hint] if hint and same_belief and not arguments.futures else []
     if trial.stopped:
@@ -139,9 +140,9 @@ def _shown(arguments: argparse.Namespace, opened: Opened, found: _Found) -> list
     if arguments.futures is not None:
         shown.append("the fresh targets are drawn from the scenario's belief, not from --futures")
     if certificate is not None:
-        shown.append(tables.certificate_line(certificate, found.problem.by_s))
+        shown.append(remarks.certificate_line(certificate, found.problem.by_s))
         if certificate.gap > arguments.gap:
-            shown.append(tables.gap_line(arguments.gap))
+            shown.append(remarks.gap_line(arguments.gap))
     elif arguments.gap is not None:
         shown.append(f"there is no certificate: {found.no_bound}")
     return shown + ([f"written to {arguments.output}"] if arguments.output else [])

@@ -1,12 +1,14 @@
 """Files that are whole or not there: atomic writes, and the folder of things made once."""
 
+import json
 import os
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from planner.errors import OutputError
 from planner.stopping import undone_if_stopped
@@ -35,6 +37,12 @@ def written_whole(path: Path) -> Iterator[Path]:
                 temporary.replace(path)
             finally:
                 temporary.unlink(missing_ok=True)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write plain data as JSON, whole or not at all; numbers in it have to be finite."""
+    with written_whole(path) as new:
+        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 @contextmanager

@@ -18,13 +18,13 @@ from planner.scenario import (
     NetworkSection,
     Scenario,
     SearchSection,
-    Section,
     SensorSection,
     TargetSection,
     UavSection,
 )
 from planner.scenario_faults import fault_lines
 from planner.scenario_source import Source, read_source
+from planner.scenario_values import Section
 from planner.wording import shown, suggestion
 
 log = logging.getLogger(__name__)

@@ -55,7 +55,7 @@ def may_import(file: str, name: str) -> bool:
     if top == "sumolib":
         return folders == ["network"]
     if top == "pydantic":
-        return file == "scenario.py"
+        return file in ("scenario.py", "scenario_values.py")
     if top == "numba":
         return file == "jit.py"
     if top != "planner" or file in DOORS:

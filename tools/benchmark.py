@@ -7,14 +7,12 @@ taken in turn. Recordings and compiled code come from the cache wherever a figur
 import argparse
 import json
 import os
-import platform
-import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -22,6 +20,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import numpy as np
+from benchmark_figures import Figure, machine, show  # the file beside this one
 
 from planner import (
     Opened,
@@ -41,8 +40,6 @@ from planner import (
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.network.sumo import binary, sumo_environment
-from planner.provenance import versions
-from planner.report.tables import console
 from planner.search.exact import best_order, enumerate_orders
 
 T = TypeVar("T")
@@ -62,26 +59,6 @@ code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
 print(time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 sys.exit(code)
 """
-
-
-@dataclass(frozen=True)
-class Figure:
-    """One thing measured, several times."""
-
-    what: str
-    unit: str
-    values: tuple[float, ...]
-    at_most: float | None = None  # the target
-
-    @property
-    def median(self) -> float:
-        """The value that is told."""
-        return statistics.median(self.values)
-
-    @property
-    def kept(self) -> bool | None:
-        """Whether the target is kept; None without one."""
-        return None if self.at_most is None else self.median <= self.at_most
 
 
 def recording(repeats: int) -> Iterator[Figure]:
@@ -289,54 +266,6 @@ def _stop_workers() -> None:
     from planner.futures.workers import dismiss
 
     dismiss()
-
-
-def machine() -> dict[str, Any]:
-    """Return what the figures were measured on."""
-    described = Path("/proc/cpuinfo")
-    lines = described.read_text().splitlines() if described.exists() else []
-    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return {
-        "cpu": models[0] if models else platform.processor() or platform.machine(),
-        "cores": os.cpu_count(),
-        "system": platform.platform(),
-        "python": platform.python_version(),
-        "load": os.getloadavg()[0],
-        "versions": versions(),
-    }
-
-
-def show(figures: Sequence[tuple[str, Figure]], host: dict[str, Any]) -> None:
-    """Print the table, and what it was measured on."""
-    from rich.table import Table
-
-    table = Table(title="medians; from the least to the greatest", title_justify="left")
-    for name in ("section", "what"):
-        table.add_column(name)
-    for name in ("median", "range", "unit", "target", "kept"):
-        table.add_column(name, justify="right" if name != "unit" else "left")
-    before = ""
-    for section, figure in figures:
-        table.add_row("" if section == before else section, *_texts(figure))
-        before = section
-    out = console()
-    out.print(table)
-    known = ", ".join(f"{name} {version}" for name, version in host["versions"].items() if version)
-    out.print(f"{host['cpu']}, {host['cores']} cores, load {host['load']:.1f} before")
-    out.print(f"{host['system']}, python {host['python']}, {known}")
-
-
-def _texts(figure: Figure) -> Iterator[str]:
-    yield from (figure.what, _number(figure.median))
-    low, high = min(figure.values), max(figure.values)
-    yield f"{_number(low)} .. {_number(high)}" if len(figure.values) > 1 else ""
-    yield figure.unit
-    yield "" if figure.at_most is None else f"{figure.at_most:,g}"
-    yield {None: "", True: "yes", False: "NO"}[figure.kept]
-
-
-def _number(value: float) -> str:
-    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:

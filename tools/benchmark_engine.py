@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmark_ways import U0_KM  # the file beside this one
 
 from planner import GreedyOptions, Problem, Recorder, evaluate, greedy, make_plan, method_named
 from planner import open_scenario as open_any
@@ -19,7 +20,6 @@ from planner.search.state import SearchState, candidate_legs
 from planner.search.what_if import WhatIf, world_of
 
 ROOT = Path(__file__).resolve().parents[1]
-U0_KM = (0, 60, 120, 180, 300, 500, 700)
 NO_CHANCE = np.random.default_rng(0)  # what greedy draws from: nothing
 PAPER = ('search.sampling="iid"', "search.particles=1000", 'greedy.direction="both"')
 

@@ -232,7 +232,7 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
     help_u0 = f"start distances, all by default: {' '.join(map(str, U0_KM))}"
     add("--u0-km", type=int, nargs="+", choices=U0_KM, default=U0_KM, metavar="KM", help=help_u0)
     names = [row.name for row in ROWS]
-    help_only = f"this method alone, of: {', '.join(names)}; may be given several times"
+    help_only = f"this method alone, of: {'; '.join(names)}. May be given several times"
     add("--only", action="append", choices=names, metavar="METHOD", help=help_only)
     add("-j", "--jobs", type=_count, help="processes that run SUMO (default one per core)")
     add("--json", type=Path, metavar="FILE", help="write the rows there too, with every seed")

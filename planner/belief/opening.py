@@ -11,17 +11,10 @@ from planner.belief.turn_file import read_turns
 from planner.errors import InputError, PlannerError, ScenarioError
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario import (
-    NodeLanding,
-    NodeStart,
-    PointStart,
-    Scenario,
-    TargetSection,
-    UavSection,
-    UavStart,
-)
+from planner.scenario import Scenario, TargetSection, UavSection
 from planner.scenario_checks import about, probability_fault
 from planner.scenario_draft import Draft, read_draft
+from planner.scenario_values import NodeLanding, NodeStart, PointStart, UavStart
 from planner.wording import shown, suggestion
 
 TOLERANCE_M = 0.01  # lengths in net files have two decimals

@@ -10,7 +10,7 @@ from typing import Any
 from planner.errors import InputError, OutputError, PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, reason_of
-from planner.files import written_whole
+from planner.files import write_json
 from planner.scenario_draft import read_scenario
 
 CONDITIONS, TIMINGS = "conditions", "timings"  # folders of one file for each condition
@@ -63,8 +63,8 @@ class Kept:
             "final": outcome.final,
             "figures": outcome.figures,
         }
-        _write(self._path(TIMINGS, condition), outcome.timing)
-        _write(self._path(CONDITIONS, condition), content)  # last: it is what counts
+        write_json(self._path(TIMINGS, condition), outcome.timing)
+        write_json(self._path(CONDITIONS, condition), content)  # last: it is what counts
 
     def _path(self, folder: str, condition: Condition) -> Path:
         return self.folder / folder / f"{condition.id}.json"
@@ -99,8 +99,3 @@ def _read(path: Path) -> dict[str, Any] | None:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); move it away") from error
     return found if isinstance(found, dict) else None
-
-
-def _write(path: Path, content: dict[str, Any]) -> None:
-    with written_whole(path) as new:
-        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -11,7 +11,7 @@ import numpy as np
 from planner.detection.evaluation import Evaluation
 from planner.detection.track import Sensor, Track
 from planner.errors import InputError
-from planner.files import written_whole
+from planner.files import write_json
 from planner.network.road_network import RoadNetwork
 from planner.search.plan import FlownLeg, Plan
 
@@ -30,8 +30,7 @@ class StoredPlan:
 
 def write_plan(path: Path, content: Mapping[str, Any]) -> None:
     """Write ``plan.json`` from what ``plan_content`` returns."""
-    with written_whole(path) as new:
-        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_json(path, content)
 
 
 def plan_content(

@@ -1,4 +1,4 @@
-"""The road network as a directed graph: where targets can come from, go to, and go round."""
+"""The road network as a directed graph: where targets can come from, and go round."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -25,12 +25,8 @@ def road_graph(network: RoadNetwork) -> "nx.MultiDiGraph[Any]":
 
 def sources(network: RoadNetwork) -> Ints:
     """Return the nodes into which no road leads, (k,) indices."""
-    return _without(network, network.road_to)
-
-
-def sinks(network: RoadNetwork) -> Ints:
-    """Return the nodes out of which no road leads, (k,) indices."""
-    return _without(network, network.road_from)
+    degree = np.bincount(network.road_to, minlength=len(network.node_ids))
+    return np.flatnonzero(degree == 0).astype(np.int32)
 
 
 def find_cycle(network: RoadNetwork) -> tuple[str, ...]:
@@ -60,8 +56,3 @@ def _shortest_cycle(
         nodes = [start, *min((before[n] for n in graph.successors(start) if n in before), key=len)]
     hops = pairwise(nodes)
     return tuple(network.road_ids[min(graph[start][end])] for start, end in hops)
-
-
-def _without(network: RoadNetwork, ends: Ints) -> Ints:
-    degree = np.bincount(ends, minlength=len(network.node_ids))
-    return np.flatnonzero(degree == 0).astype(np.int32)

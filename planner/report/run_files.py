@@ -93,12 +93,6 @@ def is_planned_on(folder: Path, recording: Recording) -> bool:
     return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
 
 
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write plain data as a JSON file."""
-    with written_whole(path) as new:
-        new.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-
-
 def hashes(opened: Opened, content: Mapping[str, Any], recording: Recording) -> dict[str, str]:
     """Return the SHA-256 of what went into a plan and of the plan."""
     return {

@@ -32,7 +32,6 @@ Draw: TypeAlias = Floats  # (9,) uniform: kind, which, two for a normal, scale, 
 World: TypeAlias = tuple[Crowd, float, Floats, Limits, Goal]
 Scale: TypeAlias = tuple[float, float]  # of a wide shift in metres, of a long wait in seconds
 Flight: TypeAlias = tuple[Way, Marks, Found]
-Books: TypeAlias = tuple[Ints, Ints]  # place, met: as in Book
 UNSEEN = 1 << 30
 
 KINDS = 11

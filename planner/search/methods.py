@@ -27,7 +27,7 @@ class Method:
     """A planner and what is to be known of it before it is loaded."""
 
     name: str
-    summary: str  # one line
+    summary: str  # one line of --help
     simulates: bool  # it plans by simulation, for which the UAV's take-off has to wait
     load: Callable[[], Planner]
     chooses: bool = False  # between plans, on particles that had no part in making them
@@ -131,7 +131,7 @@ METHODS = (
     Method("lns", "rate's order, cut and repaired again and again", True, _lns, stops=True),
     Method(
         "anneal-waypoints",
-        "free movement: the beam's plan, turned, cut short and hovering where that finds sooner",
+        "the beam's plan, freed of the roads",
         True,
         _anneal_waypoints,
         chooses=True,

@@ -24,12 +24,6 @@ OSM = """<osm version="0.6">
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("PLANNER_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
-
-
-@pytest.fixture
 def sources(tmp_path: Path) -> tuple[Path, Path]:
     for end in ("nod", "edg"):
         shutil.copy(NETS / "figure3" / f"figure3.{end}.xml", tmp_path)
@@ -37,7 +31,7 @@ def sources(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def test_second_call_takes_no_netconvert(
-    cache: Path, sources: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+    empty_cache: Path, sources: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = build_net(*sources)
 
@@ -65,13 +59,13 @@ def test_same_sources_elsewhere_give_the_same_bytes(
     assert str(tmp_path).encode() not in content
 
 
-def test_content_and_options_name_the_net(cache: Path, sources: tuple[Path, Path]) -> None:
+def test_content_and_options_name_the_net(empty_cache: Path, sources: tuple[Path, Path]) -> None:
     abstract, streets = build_net(*sources), build_net(*sources, abstract=False)
     sources[1].write_text(sources[1].read_text().replace("55.55", "44.44"))
     assert len({abstract, streets, build_net(*sources)}) == 3
 
 
-def test_signals_and_connections_are_used(cache: Path, tmp_path: Path) -> None:
+def test_signals_and_connections_are_used(empty_cache: Path, tmp_path: Path) -> None:
     head = '<{0} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">'
     town = Path(__file__).parents[1] / "nets" / "town"
     connections = tmp_path / "town.con.xml"
@@ -92,7 +86,7 @@ def test_signals_and_connections_are_used(cache: Path, tmp_path: Path) -> None:
     assert 'duration="77"' in build_net(*sources, signals=signals, abstract=False).read_text()
 
 
-def test_osm_keeps_the_roads_for_cars(cache: Path, tmp_path: Path) -> None:
+def test_osm_keeps_the_roads_for_cars(empty_cache: Path, tmp_path: Path) -> None:
     plain, packed = tmp_path / "a.osm", tmp_path / "a.osm.gz"
     plain.write_text(OSM)
     packed.write_bytes(gzip.compress(OSM.encode()))
@@ -102,13 +96,15 @@ def test_osm_keeps_the_roads_for_cars(cache: Path, tmp_path: Path) -> None:
     assert '<edge id="8' not in nets[0]
 
 
-def test_missing_source_is_named(cache: Path, tmp_path: Path, sources: tuple[Path, Path]) -> None:
+def test_missing_source_is_named(
+    empty_cache: Path, tmp_path: Path, sources: tuple[Path, Path]
+) -> None:
     with pytest.raises(InputError, match=r"absent\.edg\.xml: cannot be read .*correct the path"):
         build_net(sources[0], tmp_path / "absent.edg.xml")
-    assert not cache.exists()
+    assert not empty_cache.exists()
 
 
-def test_many_messages_are_cut(cache: Path, sources: tuple[Path, Path]) -> None:
+def test_many_messages_are_cut(empty_cache: Path, sources: tuple[Path, Path]) -> None:
     sources[0].write_text("<nodes></nodes>")
     with pytest.raises(InputError, match=r"'A' is not known.*\(and \d+ more\)$"):
         build_net(*sources)
@@ -123,7 +119,7 @@ def test_many_messages_are_cut(cache: Path, sources: tuple[Path, Path]) -> None:
     ],
 )
 def test_netconvert_tells_what_is_wrong(
-    cache: Path, sources: tuple[Path, Path], text: str, said: str
+    empty_cache: Path, sources: tuple[Path, Path], text: str, said: str
 ) -> None:
     sources[1].write_text(text)
     with pytest.raises(InputError, match=said) as caught:
@@ -131,7 +127,7 @@ def test_netconvert_tells_what_is_wrong(
     message = str(caught.value)
     assert "figure3.edg.xml" in message
     assert "\n" not in message
-    assert list(cache.rglob("*.xml")) == []
+    assert list(empty_cache.rglob("*.xml")) == []
 
 
 def test_unwritable_cache_is_named(

@@ -20,9 +20,7 @@ from planner.report.tables import (
     doctor_table,
     flights_table,
     legs_table,
-    particles_hint,
     plan_table,
-    reasons,
     where_table,
 )
 from planner.search.plan import plan_of_legs
@@ -80,7 +78,6 @@ def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
     assert "395 s" in text
     assert "19 ms" in text
     assert set(line(text, "exact")[1:]) == {"-"}
-    assert reasons(rows) == ["exact: 60 roads are too many"]
 
 
 def test_a_deadline_has_its_own_line_and_column(printed: Callable[[object], str]) -> None:
@@ -127,16 +124,6 @@ def test_flights(printed: Callable[[object], str]) -> None:
     text = printed(flights_table(FRESH))
     assert "10 flights" in text
     assert line(text, "found before")[1] == "80.0 %"
-
-
-def test_the_hint_comes_when_fresh_targets_take_longer() -> None:
-    rng = np.random.default_rng(1)
-    good, bad = (evaluation(list(rng.uniform(low, low + 100, 400))) for low in (100, 300))
-    hint = particles_hint(good, bad)
-    assert hint is not None
-    assert "search.particles=1600" in hint
-    assert particles_hint(bad, good) is None
-    assert particles_hint(good, good) is None
 
 
 def test_doctor_marks_faults(printed: Callable[[object], str]) -> None:
