@@ -61,14 +61,12 @@ def _hops(beginning: Beginning, first: int) -> Beginning:
 
 
 def net_content(problem: Problem) -> dict[str, Any]:
-    """Return the net's nodes and roads as plain data, metres."""
-    net = problem.network
-    return {
-        "node_xy_m": net.node_xy_m.tolist(),
-        "road_from": net.road_from.tolist(),
-        "road_to": net.road_to.tolist(),
-        "shape_m": [net.shape(road).tolist() for road in range(len(net.road_ids))],
-    }
+    """Return the net's nodes, and its roads each way: from, to, points, as plain data, metres."""
+    net, roads = problem.network, []
+    for road in range(len(net.road_ids)):
+        a, b, shape = int(net.road_from[road]), int(net.road_to[road]), net.shape(road).tolist()
+        roads += [(a, b, shape), (b, a, shape[::-1])]
+    return {"node_xy_m": net.node_xy_m.tolist(), "roads": roads}
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:
