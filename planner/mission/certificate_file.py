@@ -8,11 +8,15 @@ import numpy as np
 
 from planner.files import written_whole
 from planner.parquet import nested, write_table
+from planner.search.branches import Beginning
 from planner.search.certificate import Certificate
+from planner.search.hops import hops_of
 from planner.search.problem import Problem
+from planner.search.sightings import pieces_of
 
-PRICES, WEIGHTS, KNOTS, NET = "prices.parquet", "weights.parquet", "knots.parquet", "net.json"
-PROOF = (PRICES, WEIGHTS, KNOTS, NET)
+PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
+PROOF = (PRICES, WEIGHTS, MOTION, NET)
+MOTION_COLUMNS = ("from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")  # place at from
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
@@ -36,36 +40,33 @@ def write_certificate(
 ) -> None:
     """Write prices, particles and net, and the plan with what it is told."""
     futures = problem.futures
-    count = np.arange(len(futures), dtype=np.int32)
     proof = sorted(certificate.proof.items())
+    first = len(hops_of(problem)) if proof else 0  # flights from take-off are hops after the others
     prices = {
-        "flight": nested([beginning for beginning, _ in proof], "int64"),
+        "flight": nested([_hops(beginning, first) for beginning, _ in proof], "int64"),
         "price": nested([price for _, price in proof], "float64"),
     }
     write_table(folder / PRICES, prices, {"unit": "reward"})
-    columns = {"particle": count, "weight": futures.weight, "gone": futures.gone.tolist()}
-    write_table(folder / WEIGHTS, columns, {})
-    knots = {
-        "particle": np.repeat(count, np.diff(futures.first_knot)),
-        "time_s": futures.time_s,
-        "x_m": futures.x_m,
-        "y_m": futures.y_m,
-    }
-    write_table(folder / KNOTS, knots, {})
+    write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
+    pieces, who = pieces_of(futures)
+    motion = dict(zip(MOTION_COLUMNS, pieces.T, strict=True))
+    write_table(folder / MOTION, {"particle": who, **motion}, {})
     _write(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
     _write(folder / plan_file.name, plan | {"certificate": told})
 
 
+def _hops(beginning: Beginning, first: int) -> Beginning:
+    return (first + beginning[0], *beginning[1:]) if beginning else ()
+
+
 def net_content(problem: Problem) -> dict[str, Any]:
-    """Return the net's nodes and roads as plain data, metres."""
-    net = problem.network
-    return {
-        "node_xy_m": net.node_xy_m.tolist(),
-        "road_from": net.road_from.tolist(),
-        "road_to": net.road_to.tolist(),
-        "shape_m": [net.shape(road).tolist() for road in range(len(net.road_ids))],
-    }
+    """Return the net's nodes, and its roads each way: from, to, points, as plain data, metres."""
+    net, roads = problem.network, []
+    for road in range(len(net.road_ids)):
+        a, b, shape = int(net.road_from[road]), int(net.road_to[road]), net.shape(road).tolist()
+        roads += [(a, b, shape), (b, a, shape[::-1])]
+    return {"node_xy_m": net.node_xy_m.tolist(), "roads": roads}
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:

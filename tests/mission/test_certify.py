@@ -16,7 +16,7 @@ from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Track
 from planner.mission.certificate_file import (
-    KNOTS,
+    MOTION,
     NET,
     PRICES,
     WEIGHTS,
@@ -122,7 +122,7 @@ def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
         path = tmp_path / (PRICES if price else WEIGHTS)
         change_parquet(path, tampered, 3000.0 if price else 0.001)
     elif tampered == "motion":
-        change_parquet(tmp_path / KNOTS, "x_m", 5000.0)
+        change_parquet(tmp_path / MOTION, "x_m", 5000.0)
     elif tampered == "node":
         net = json.loads((tmp_path / NET).read_text())
         net["node_xy_m"] = (np.array(net["node_xy_m"]) + 8000.0).tolist()
