@@ -201,8 +201,7 @@ def _add_certify(commands: Any) -> None:
         "certify",
         "bound how much better than a run's plan any plan can be",
         "Adds a certificate to plan.json and writes prices.parquet, weights.parquet,\n"
-        "motion.parquet and net.json, with which tools/verify.py checks it.
-"
+        "motion.parquet and net.json, with which tools/verify.py checks it.\n"
         "Ctrl-C ends the search with the bound so far.",
         module="commands_certificate",
     )
