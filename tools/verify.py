@@ -76,7 +76,7 @@ class Run(SimpleNamespace):
     def list_hops(self) -> None:
         """List what plans consist of: legs, straight flights, and those from take-off."""
         places, rest, axes, self.paths = self.place, self.bin_s, np.array([1, 1j]), []
-        hops = [(a, b, [places[a], *(xy @ axes)[1:-1], places[b]]) for a, b, xy in self.roads]
+        hops = [(a, b, np.r_[places[a], (xy @ axes)[1:-1], places[b]]) for a, b, xy in self.roads]
         self.legs, self.straight = len(hops), {(a, b) for a, b, path in hops if len(path) == 2}
         pairs = np.ndindex(self.nodes + 1, self.nodes)
         hops += [(a, b, places[[a, b]]) for a, b in pairs if self.direct(a, b)]
@@ -110,7 +110,7 @@ class Run(SimpleNamespace):
             np.maximum.at(worth[i], before, value[hop] - gains[i, share])
         return worth
 
-    def proven(self, flight: tuple[int, ...], at: Any, sales: Any, inherited: float) -> float:
+    def proven(self, flight: tuple[int, ...], at: Any, sales: Any, inherited: Any) -> Any:
         """Return the greatest reward of plans that begin with some hops, as prices prove."""
         if flight not in self.prices:
             return inherited
@@ -118,7 +118,7 @@ class Run(SimpleNamespace):
         since = max(0, round((time - self.starts[0]) / self.bin_s))
         sales = [column[(sales[1] >= since) & (got[sales[2]] == 0)] for column in sales]
         worth = self.worths(sales, price, since)
-        for h in np.flatnonzero(self.start == node):
+        for h in np.flatnonzero(self.start == node).tolist():
             now = np.maximum(got, self.reward(self.seen_on(h, np.array([time]))[0]))
             there = (self.end[h], time + self.lasts[h], now)
             i = min(round((there[1] - self.starts[0]) / self.bin_s), len(worth) - 1)
@@ -126,7 +126,7 @@ class Run(SimpleNamespace):
             most = max(most, self.proven((*flight, h), there, sales, min(inherited, bound)))
         return most
 
-    def road_bound(self) -> float:
+    def road_bound(self) -> Any:
         """Return the greatest expected reward of a road plan that the prices allow."""
         least, slack = np.min([*self.prices.values()], axis=0), self.bin_s / 2
         sharp = self.radius_m - self.speed_mps * slack
@@ -152,14 +152,14 @@ class Run(SimpleNamespace):
     def claims(self) -> Any:
         """Return each claim: its name, what is claimed and found, and by how much it is wrong."""
         fits = abs(np.diff(self.path)) <= self.speed_mps * np.diff(self.time) + 0.01
-        circle, watched = (0, self.horizon_s, self.path[0], 0j), range(len(fits))
+        circle, watched = (0, self.horizon_s, self.path[0], 0j), np.arange(len(fits))
         met = self.sweep([circle], self.time[:1], self.radius_m, self.speed_mps)
         most, told = self.weight @ self.reward(met[0]), vars(self)
         if self.plan_class == "roads":
             self.list_hops()
             ways = np.hstack([(path[1:-2], path[2:-1]) for _, path in self.paths[: self.legs]])
             begins, ends = abs(self.path[:, None, None] - ways).transpose(1, 0, 2) <= 0.01
-            fits &= ends[1:].any(axis=1)  # it turns where roads do
+            fits &= ends[1:].any(axis=1) & (self.time[1:] < (self.landing_s or np.inf) + 0.01)
             watched = np.flatnonzero((begins[:-1] & ends[1:]).any(axis=1) | self.transit)
             most = min(most, self.road_bound())
         path = [(self.time[s : s + 2], self.path[s : s + 2]) for s in watched]

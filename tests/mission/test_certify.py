@@ -111,16 +111,17 @@ def change_parquet(path: Path, column: str, add: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "tampered", ["price", "weight", "motion", "waypoint", "bound", "gap", "node", "bin"]
+    "tampered",
+    ["price", "negative", "weight", "motion", "waypoint", "speed", "bound", "gap", "node", "bin"],
 )
 def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
     problem = small_problem()
     write_certified(tmp_path, problem, rate_plan(problem), steps=5)
     assert verify(tmp_path).returncode == 0
-    if tampered in ("price", "weight"):
-        price = tampered == "price"
-        path = tmp_path / (PRICES if price else WEIGHTS)
-        change_parquet(path, tampered, 3000.0 if price else 0.001)
+    if tampered in ("price", "negative"):
+        change_parquet(tmp_path / PRICES, "price", 3000.0 if tampered == "price" else -3000.0)
+    elif tampered == "weight":
+        change_parquet(tmp_path / WEIGHTS, "weight", 0.001)
     elif tampered == "motion":
         change_parquet(tmp_path / MOTION, "x_m", 5000.0)
     elif tampered == "node":
@@ -135,10 +136,60 @@ def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
             plan["certificate"]["lower_bound_s"] += 1.0
         elif tampered == "gap":
             plan["certificate"]["gap"] *= 0.9
+        elif tampered == "speed":
+            plan["certificate"]["speed_mps"] *= 0.9
         else:
             plan["certificate"]["bin_s"] *= 2.0
         (tmp_path / "plan.json").write_text(json.dumps(plan))
     assert verify(tmp_path).returncode == 1
+
+
+def test_a_sensor_that_sees_in_transit_is_refused(tmp_path: Path) -> None:
+    """The plan claims what its flight would see with a sensor that is on all the time."""
+    problem = small_problem()
+    problem = problem.replace(sensor=replace(problem.sensor, detects_in_transit=False))
+    plan = rate_plan(problem)
+    write_certified(tmp_path, problem, plan, steps=5)
+    assert verify(tmp_path).returncode == 0
+    track = plan.tracks[0]
+    on = np.array([[track.time_s[0], track.time_s[-1]]])
+    seeing = evaluate(
+        (replace(track, sensor_on=on),), problem.futures, problem.sensor, problem.horizon_s
+    )
+    content = json.loads((tmp_path / "plan.json").read_text())
+    value, certificate = seeing.expected_detection_time_s, content["certificate"]
+    assert value < content["planned"]["expected_detection_time_s"] - 0.1
+    content["uavs"][0]["sensor_on"] = on.tolist()
+    content["planned"]["expected_detection_time_s"] = value
+    certificate["gap"] = abs(value / certificate["lower_bound_s"] - 1.0)
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    done = verify(tmp_path)
+    assert done.returncode == 1
+    assert "expected_detection_time_s" in done.stdout
+
+
+@pytest.mark.parametrize("damage", ["cut off", "no table", "short prices", "no net", "a list"])
+def test_bad_files_get_one_line(damage: str, tmp_path: Path) -> None:
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=1)
+    if damage == "cut off":
+        (tmp_path / "plan.json").write_text((tmp_path / "plan.json").read_text()[:-9])
+    elif damage == "no table":
+        (tmp_path / MOTION).write_bytes(b"no table")
+    elif damage == "short prices":
+        columns = {
+            "flight": pyarrow.array([[]], pyarrow.list_(pyarrow.int64())),
+            "price": pyarrow.array([[1.0]]),
+        }
+        pyarrow.parquet.write_table(pyarrow.table(columns), tmp_path / PRICES)
+    elif damage == "no net":
+        (tmp_path / NET).unlink()
+    else:
+        (tmp_path / "plan.json").write_text("[]")
+    done = verify(tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "planner certify" in done.stderr.splitlines()[-1]
 
 
 def test_a_gap_may_be_asked_for() -> None:
@@ -150,6 +201,20 @@ def test_a_gap_may_be_asked_for() -> None:
     assert wide.gap <= heard[-1] < heard[0]
     asked = certified(problem, plan, Effort(gap=0.5 * (heard[0] + wide.gap)))
     assert wide.gap <= asked.gap <= 0.5 * (heard[0] + wide.gap)
+
+
+def test_whoever_flies_on_after_landing_is_refused(tmp_path: Path) -> None:
+    problem = small_problem()
+    uav = replace(problem.uavs[0], max_flight_time_s=1500.0)
+    problem = problem.replace(uavs=(uav,))
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    assert verify(tmp_path).returncode == 0
+    content = json.loads((tmp_path / "plan.json").read_text())
+    content["certificate"]["landing_s"] = content["uavs"][0]["waypoints"][-1][0] - 10.0
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    done = verify(tmp_path)
+    assert done.returncode == 1
+    assert "claimed True, found False: WRONG" in done.stdout
 
 
 def test_landing_only_lowers_what_is_possible() -> None:
