@@ -18,7 +18,7 @@ def motions(time: Any, place: Any, begin: float, end: float) -> list[Any]:
     velocity = np.diff(place) / np.maximum(np.diff(time), 1e-9)
     on, off = np.maximum(time[:-1], begin), np.minimum(time[1:], end)
     moves = zip(on, off, place[:-1] + velocity * (on - time[:-1]), velocity, strict=True)
-    return [move for move in moves if move[0] < move[1]]
+    return [move for move in moves if move[0] <= move[1]]
 
 
 class Run(SimpleNamespace):

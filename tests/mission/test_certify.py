@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pyarrow.parquet
 import pytest
 
 from grid_instance import grid_futures, grid_problem
+from planner.arrays import Floats
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Track
@@ -101,13 +103,16 @@ def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
         assert np.all(first_detection(problem.futures, track, radius_m) >= met_s - 1e-6)
 
 
-def change_parquet(path: Path, column: str, add: float) -> None:
+def change_parquet(path: Path, column: str, change: Callable[[Floats], Floats]) -> None:
     table = pyarrow.parquet.read_table(path)
-    values = np.array(table[column].to_pylist())
-    values[..., values.shape[-1] // 2] += add
-    values = values.tolist()
+    values = change(np.array(table[column].to_pylist())).tolist()
     table = table.set_column(table.column_names.index(column), column, pyarrow.array(values))
     pyarrow.parquet.write_table(table, path)
+
+
+def one_more(add: float) -> Callable[[Floats], Floats]:
+    """What adds something to the middle one of some values."""
+    return lambda values: values + add * (np.arange(len(values)) == len(values) // 2)
 
 
 @pytest.mark.parametrize(
@@ -118,12 +123,14 @@ def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
     problem = small_problem()
     write_certified(tmp_path, problem, rate_plan(problem), steps=5)
     assert verify(tmp_path).returncode == 0
-    if tampered in ("price", "negative"):
-        change_parquet(tmp_path / PRICES, "price", 3000.0 if tampered == "price" else -3000.0)
+    if tampered == "price":
+        change_parquet(tmp_path / PRICES, "price", lambda prices: prices[..., ::-1])
+    elif tampered == "negative":
+        change_parquet(tmp_path / PRICES, "price", lambda prices: prices - 3000.0)
     elif tampered == "weight":
-        change_parquet(tmp_path / WEIGHTS, "weight", 0.001)
+        change_parquet(tmp_path / WEIGHTS, "weight", one_more(0.001))
     elif tampered == "motion":
-        change_parquet(tmp_path / MOTION, "x_m", 5000.0)
+        change_parquet(tmp_path / MOTION, "x_m", one_more(5000.0))
     elif tampered == "node":
         net = json.loads((tmp_path / NET).read_text())
         net["node_xy_m"] = (np.array(net["node_xy_m"]) + 8000.0).tolist()
