@@ -75,11 +75,10 @@ class Run(SimpleNamespace):
 
     def list_hops(self) -> None:
         """List what plans consist of: legs, straight flights, and those from take-off."""
-        places, rest, axes, self.paths = self.place, self.bin_s, np.array([1, 1j]), []
-        hops = [(a, b, np.r_[places[a], (xy @ axes)[1:-1], places[b]]) for a, b, xy in self.roads]
+        xy, many, rest, axes, self.paths = self.place, self.nodes, self.bin_s, np.array([1, 1j]), []
+        hops = [(a, b, np.r_[xy[a], (way @ axes)[1:-1], xy[b]]) for a, b, way in self.roads]
         self.legs, self.straight = len(hops), {(a, b) for a, b, path in hops if len(path) == 2}
-        pairs = np.ndindex(self.nodes + 1, self.nodes)
-        hops += [(a, b, places[[a, b]]) for a, b in pairs if self.direct(a, b)]
+        hops += [(a, b, xy[[a, b]]) for a, b in np.ndindex(many + 1, many) if self.direct(a, b)]
         for *_, path in hops:  # with rests at both ends
             after = np.cumsum([-rest, rest, *abs(np.diff(path)) / self.speed_mps, rest])
             self.paths.append((after, np.pad(path, 1, "edge")))
@@ -116,7 +115,8 @@ class Run(SimpleNamespace):
             return inherited
         (node, time, got), price, most = at, self.prices[flight], self.weight @ at[2]
         since = max(0, round((time - self.starts[0]) / self.bin_s))
-        sales = [column[(sales[1] >= since) & (got[sales[2]] == 0)] for column in sales]
+        left = (sales[1] >= since) & (got[sales[2]] == 0)
+        sales = [column[left] for column in sales]
         worth = self.worths(sales, price, since)
         for h in np.flatnonzero(self.start == node).tolist():
             now = np.maximum(got, self.reward(self.seen_on(h, np.array([time]))[0]))
