@@ -42,6 +42,8 @@ def certify(arguments: argparse.Namespace) -> int:
     shown = [remarks.certificate_line(certificate, problem.by_s)]
     if limit is not None:
         shown.append(remarks.limit_line(limit, arguments.sets, problem.by_s))
+        if opened.scenario.truth == opened.scenario.target:
+            shown.append(remarks.world_line(limit, stored.evaluated, problem.by_s))
     tell(arguments, told, [*shown, f"written to {arguments.directory}"])
     return 0
 

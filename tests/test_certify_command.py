@@ -41,8 +41,10 @@ def test_certify(run: Commands, tmp_path: Path) -> None:
     again = run("certify", tmp_path / "run")
     assert again.code == 2
     assert "--force" in again.err
-    said = run("certify", tmp_path / "run", "--work", "5", "--force").out
+    again = ("--work", "5", "--sets", "2", "--force")
+    said = run("certify", tmp_path / "run", *again).out
     assert "no road plan is below" in said
+    assert "this plan truly takes" in said
 
 
 def test_certify_a_deadline(run: Commands, tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ class StoredPlan:
     plan: Plan
     sensor: Sensor
     horizon_s: float
+    evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
     by_s: float | None = None  # the deadline, if it was made to find the target by then
 
 
@@ -145,6 +146,7 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         Plan(content["method"], tuple(tracks), tuple(legs)),
         Sensor(_above_zero(content["planned"]["radius_m"])),
         _above_zero(content["planned"]["horizon_s"]),
+        dict(content["evaluated"]),
         content["planned"].get("found_by_s"),
     )
 

@@ -1,8 +1,10 @@
 """What is said below the tables, in words."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from planner.detection.evaluation import Evaluation
+from planner.report.intervals import share_interval
 from planner.report.tables import MethodRow
 from planner.search.certificate import Certificate
 
@@ -58,3 +60,31 @@ def limit_line(limit: float, sets: int, by_s: float | None) -> str:
     """Return what the bounds of independent sets say of the true optimum, in words."""
     beyond = f"below {limit:,.0f} s" if by_s is None else f"above {limit:.1%}"
     return f"with 95 % confidence no plan of this class is truly {beyond} ({sets} sets)"
+
+
+def world_line(limit: float, evaluated: Mapping[str, Any], by_s: float | None) -> str:
+    """Return between which figures a plan truly lies, and how far from the best, in words.
+
+    The limit holds with 95 %, the plan's interval from its fresh targets leaves out 2.5 % on the
+    side that counts: both hold with 92.5 % or more.
+
+    Parameters
+    ----------
+    evaluated
+        As ``plan.json`` tells it.
+    """
+    targets = evaluated["targets"]
+    if by_s is None:
+        low_s, high_s = evaluated["ci95_s"]
+        figure, away = f"takes {low_s:,.0f} to {high_s:,.0f} s on average", high_s / limit - 1
+        return _world(figure, targets, f"{max(0.0, away):.1%} above")
+    low, high = share_interval(evaluated["found_by_probability"], targets)
+    figure = f"finds the target by the deadline with {low:.1%} to {high:.1%}"
+    return _world(figure, targets, f"{100 * max(0.0, limit - low):.1f} points below")
+
+
+def _world(figure: str, targets: int, away: str) -> str:
+    return (
+        f"this plan truly {figure} ({targets:,} fresh targets, 95 %): with 92.5 % confidence at "
+        f"most {away} the best of its class"
+    )

@@ -40,3 +40,13 @@ def test_a_gap_that_is_not_reached_and_a_limit() -> None:
     assert "10.0%, is not reached" in remarks.gap_line(0.1)
     assert "below 1,000 s (10 sets)" in remarks.limit_line(1000.0, 10, None)
     assert "above 80.0% (10 sets)" in remarks.limit_line(0.8, 10, 600.0)
+
+
+def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
+    evaluated = {"ci95_s": [1040.0, 1100.0], "targets": 4000}
+    said = remarks.world_line(1000.0, evaluated, None)
+    assert "takes 1,040 to 1,100 s on average (4,000 fresh targets, 95 %)" in said
+    assert "at most 10.0% above the best" in said
+    said = remarks.world_line(0.6, {"found_by_probability": 0.5, "targets": 10_000}, 600.0)
+    assert "with 49.0% to 51.0%" in said
+    assert "at most 11.0 points below the best" in said
