@@ -97,10 +97,8 @@ class Run(SimpleNamespace):
     def worths(self, sales: Any, price: Any, since: int) -> Any:
         """Return the most that flights from each bin and state on earn above prices."""
         (row, i, k, earned), (before, hop, share) = sales, np.array(self.steps).T
-        above, shape = (
-            self.weight[k] * np.maximum(0, earned - price[k]),
-            (len(self.starts), len(hop) + 1),
-        )
+        above = self.weight[k] * np.maximum(0, earned - price[k])
+        shape = (len(self.starts), len(hop) + 1)
         gains = np.bincount(i * shape[1] + row, above, np.prod(shape)).reshape(shape)
         to, (soon, late) = self.state[: self.hops], self.lasting[:, : self.hops]
         worth = np.zeros((len(self.starts) + late.max() + 1, max(self.state) + 1))
@@ -129,9 +127,9 @@ class Run(SimpleNamespace):
     def road_bound(self) -> Any:
         """Return the greatest expected reward of a road plan that the prices allow."""
         least, slack = np.min([*self.prices.values()], axis=0), self.bin_s / 2
-        sharp = self.radius_m - self.speed_mps * slack
-        if self.lasting[0, : self.hops].min() < 1 or sharp < 0 or not least.min() >= 0:
-            return np.inf  # such bins or prices prove nothing
+        sharp, shortest = self.radius_m - self.speed_mps * slack, self.lasting[0, : self.hops].min()
+        if not (least.min() >= 0 and sharp >= 0 and shortest >= 1):
+            return np.inf  # such prices or bins prove nothing
         first = self.time[0] + self.lasts[self.hops :].min()
         ends = min(self.found_by_s or self.horizon_s - least.min(), self.landing_s or np.inf)
         self.starts = starts = np.arange(first, max(first, ends) + self.bin_s, self.bin_s)
@@ -142,9 +140,11 @@ class Run(SimpleNamespace):
             i, k = np.nonzero(earned > least)
             sales.append((0 * i + h, i, k, earned[i, k]))
             for g in np.flatnonzero(self.end[: self.legs] == self.start[h]):
-                late, early = i - self.lasting[:, g, None]
-                known = (early >= 0) & sure[g][late, k] & sure[g][early, k]
-                shared.append([part[known] for part in (0 * i + len(self.steps), *sales[-1][1:])])
+                if h < self.legs:  # straight flights forget
+                    late, early = i - self.lasting[:, g, None]
+                    known = (early >= 0) & sure[g][late, k] & sure[g][early, k]
+                    share = 0 * i + len(self.steps)
+                    shared.append([part[known] for part in (share, *sales[-1][1:])])
                 self.steps.append((self.state[g], h, len(self.steps)))
         table = [np.concatenate(columns) for columns in zip(*sales, *shared, strict=True)]
         return self.proven((), (self.nodes, self.time[0], 0 * self.weight), table, np.inf)
