@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool  # loky's are of this kind
 from contextlib import contextmanager
+from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
@@ -72,7 +73,7 @@ def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]
             try:
                 while waiting:
                     outcome = pool.submit(conduct, waiting[0]).result()
-                    yield waiting.pop(0), outcome
+                    yield waiting.pop(0), retried(outcome, tries + 1)
                     tries = 0
             except BrokenProcessPool:
                 tries += 1
@@ -80,8 +81,14 @@ def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]
                     reason = (
                         f"the process that ran it was killed {TRIES + 1} times; is memory short?"
                     )
-                    yield waiting.pop(0), Outcome({"reason": reason}, {}, final=False)
+                    failed = Outcome({"reason": reason}, {}, final=False)
+                    yield waiting.pop(0), retried(failed, tries)
                     tries = 0
+
+
+def retried(outcome: Outcome, times: int) -> Outcome:
+    """Return an outcome that tells how often its process was killed before."""
+    return replace(outcome, timing=outcome.timing | {"retries": times})
 
 
 @contextmanager

@@ -95,7 +95,7 @@ def claims(found: Found) -> Iterator[Claim]:
     if "prototype" not in found:
         return
     rows = found["prototype"].rows
-    lines, apart, compared = [], [], 0
+    lines, apart, same, compared = [], [], 0, 0
     for told in TOLD:
         beside = {
             km: _beside(
@@ -105,8 +105,11 @@ def claims(found: Found) -> Iterator[Claim]:
         }
         lines.append([told.name, *(beside[km][0] if km in beside else "" for km in U0S_KM)])
         far = [km for km, (_, is_apart) in beside.items() if is_apart]
-        compared += sum(cell != "-" for cell, _ in beside.values())
-        apart += [f"{told.name} at {km} km" + f" ({told.why})" * bool(told.why) for km in far]
+        known = sum(cell != "-" for cell, _ in beside.values())
+        same, compared = same + known - len(far), compared + known
+        if far:
+            at = ", ".join(f"{km} km" for km in far)
+            apart.append(f"{told.name}, at {at}" + f" ({told.why})" * bool(told.why))
     table = markdown_table(["ours / theirs", *(f"{km} km" for km in U0S_KM)], lines)
     yield Claim(
         "Does a program without SUMO that shares no line with this one find the same?",
@@ -116,7 +119,7 @@ def claims(found: Found) -> Iterator[Claim]:
         "than the 95 % interval of the difference, if the prototype's seeds scatter as ours do: "
         "one in twenty does by chance",
         "beyond the paper",
-        f"{compared - len(apart)} of {compared} figures do, but for chance. Apart are: "
+        f"{same} of {compared} figures do, but for chance. Apart are: "
         f"{'; '.join(apart) or 'none'}.",
         "\n\n".join(part for part in (table, _few_seeds(rows), _from_the_origin(found)) if part),
     )

@@ -44,7 +44,7 @@ def test_nothing_to_compare() -> None:
 def test_what_is_apart(values: tuple[float, ...], apart: bool) -> None:
     claim = claim_of(*seeds(OWN, *values))
     assert f"{2 - apart} of 2 figures do" in claim.finding
-    assert ("greedy, own direction at 500 km" in claim.finding) == apart
+    assert ("greedy, own direction, at 500 km" in claim.finding) == apart
     (cell,) = re.findall(r"(\S+ s[^|]*) / 6,956 s", claim.table)
     assert cell.startswith("**") == cell.endswith("**") == apart
 
