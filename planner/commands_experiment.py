@@ -38,6 +38,7 @@ OF_THE_PAPER = (
     "grid5x5/readings",
     "grid5x5/particles",
     "grid5x5/beliefs",
+    "grid5x5/prototype",
 )
 
 

@@ -14,6 +14,7 @@ from planner.errors import NotApplicableError, OutputError, PlannerError, Scenar
 from planner.experiments.condition import Condition
 from planner.mission.preparation import Recorder, needs_judges, problem_of
 from planner.mission.trial import Trial, try_method
+from planner.provenance import versions
 from planner.search.methods import method_named
 
 log = logging.getLogger(__name__)
@@ -23,6 +24,7 @@ STUDIES = {  # by name: the module and the function in it, loaded when a conditi
     "precedence": ("precedence", "precedence_of"),
     "optimum": ("optimum", "optimum_of"),
 }
+TOLD = ("planner", "sumo", "numpy", "numba")  # with each condition; the table's file names all
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,14 @@ def conduct(condition: Condition) -> Outcome:
         "planning_s": took_s,
         "whole_s": time.perf_counter() - begun_s,
         "host": platform.node(),
+        "retries": 0,
     }
-    return Outcome(figures, timing, final)
+    return Outcome(figures | {"versions": _versions()}, timing, final)
+
+
+def _versions() -> str:
+    known = versions()
+    return ", ".join(f"{name} {known[name]}" for name in TOLD)
 
 
 def _study(condition: Condition) -> dict[str, Any]:

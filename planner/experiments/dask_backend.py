@@ -9,7 +9,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome
-from planner.experiments.pool import TRIES, Conduct, Done
+from planner.experiments.pool import TRIES, Conduct, Done, retried
 
 CONNECT_S = 10.0  # to wait for a scheduler to answer
 
@@ -61,8 +61,13 @@ def conducted_by_dask(
             except dask.KilledWorker:
                 reason = "the workers that ran it were killed; is memory short?"
                 outcome = Outcome({"reason": reason}, {}, final=False)
-            yield flying.pop(done), outcome
+            yield flying.pop(done), retried(outcome, client.run_on_scheduler(_deaths, done.key))
             done.release()
+
+
+def _deaths(key: str, dask_scheduler: Any) -> int:
+    """Return how many workers were killed while they were at a task."""
+    return int(dask_scheduler.tasks[key].suspicious)
 
 
 def _connected(client: Any, place: Any) -> Any:

@@ -1,17 +1,21 @@
-"""Processes that run conditions; one that is killed takes nothing with it.
+"""Processes of joblib (loky) that run conditions; one that is killed takes nothing with it.
 
-They are the standard library's, not joblib's: a killed process breaks both pools alike, but only
-these know their parent, and end with it however it ends.
+A killed process breaks its pool, and loky ends the others of it: the pool is made anew, and only
+what was in flight is run again. Of a killed parent loky's processes would hear nothing; these hold
+a pipe from it, which ends as it does.
 """
 
 import logging
-import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool  # loky's are of this kind
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 
 from planner.experiments.condition import Condition
@@ -69,7 +73,7 @@ def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]
             try:
                 while waiting:
                     outcome = pool.submit(conduct, waiting[0]).result()
-                    yield waiting.pop(0), outcome
+                    yield waiting.pop(0), retried(outcome, tries + 1)
                     tries = 0
             except BrokenProcessPool:
                 tries += 1
@@ -77,21 +81,32 @@ def _one_at_a_time(conduct: Conduct, waiting: list[Condition]) -> Iterator[Done]
                     reason = (
                         f"the process that ran it was killed {TRIES + 1} times; is memory short?"
                     )
-                    yield waiting.pop(0), Outcome({"reason": reason}, {}, final=False)
+                    failed = Outcome({"reason": reason}, {}, final=False)
+                    yield waiting.pop(0), retried(failed, tries)
                     tries = 0
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
+def retried(outcome: Outcome, times: int) -> Outcome:
+    """Return an outcome that tells how often its process was killed before."""
+    return replace(outcome, timing=outcome.timing | {"retries": times})
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Executor]:
+    """Give processes that each end when this one does, however it does."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
     _start_tracker()
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+    held, alive = Pipe(duplex=False)
+    with held, alive, ProcessPoolExecutor(workers, initializer=_begin, initargs=(held,)) as pool:
+        yield pool
 
 
 def _start_tracker() -> None:
     """Start the process that clears semaphores away; without its warning if we are stopped."""
     if os.name != "posix":
         return
-    from multiprocessing import resource_tracker
+    from joblib.externals.loky.backend import resource_tracker
 
     key = "PYTHONWARNINGS"
     before = os.environ.get(key)
@@ -106,16 +121,14 @@ def _start_tracker() -> None:
             os.environ[key] = before
 
 
-def _begin() -> None:
+def _begin(held: Connection) -> None:
     """Let the program alone hear Ctrl-C, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("planner").addHandler(logging.NullHandler())
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(held,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    wait_for([parent.sentinel])
+def _end_with_parent(held: Connection) -> None:
+    wait_for([held])
     dismiss()
     os._exit(1)

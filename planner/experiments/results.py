@@ -28,6 +28,7 @@ FIGURES: dict[str, Kind] = {
     "roads": "int64",
     "work": "int64",  # units that the search counts; null for methods that count none
     "reason": "string",  # why there are no figures
+    "versions": "string",  # that the condition was run with
 }
 FRESH = "fresh"  # the name of targets drawn for the seed
 FRESH_ONLY = (  # figures that each set of targets has its own of, or none
@@ -38,7 +39,12 @@ FRESH_ONLY = (  # figures that each set of targets has its own of, or none
     "found_before_goal_probability",
     "found_by_probability",
 )
-TIMING: dict[str, Kind] = {"planning_s": "float64", "whole_s": "float64", "host": "string"}
+TIMING: dict[str, Kind] = {
+    "planning_s": "float64",
+    "whole_s": "float64",
+    "host": "string",
+    "retries": "int64",  # times that its process was killed before
+}
 
 Row = dict[str, Any]
 
@@ -52,8 +58,9 @@ def rows_of(condition: Condition, figures: Mapping[str, Any]) -> list[Row]:
     row |= {key: _cell(level) for key, level in condition.levels.items()}
     row["seed"] = condition.seed
     if condition.study:
-        return [row | found | {"reason": None} for found in figures.get("rows", ())] or [
-            row | {"reason": figures.get("reason")}
+        made_by = {"versions": figures.get("versions")}
+        return [row | found | {"reason": None} | made_by for found in figures.get("rows", ())] or [
+            row | {"reason": figures.get("reason")} | made_by
         ]
     measured = {name: figures.get(name) for name in FIGURES}
     if not condition.sets:

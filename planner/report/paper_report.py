@@ -7,7 +7,13 @@ from typing import Any
 
 from planner.experiments.run import Results
 from planner.files import written_whole
-from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
+from planner.report import (
+    claims_distance,
+    claims_knowledge,
+    claims_orders,
+    claims_prototype,
+    claims_speed,
+)
 from planner.report import experiment_figures as figures
 from planner.report.claims import Claim, judged, page
 from planner.report.estimates import FOUND, U0, Row, estimate
@@ -19,6 +25,7 @@ JUDGES = (
     claims_speed.claims,
     claims_orders.claims,
     claims_knowledge.claims,
+    claims_prototype.claims,
 )
 HEAD = """\
 # The claims of the paper, tested

@@ -123,6 +123,7 @@ def test_rows_are_what_each_method_gives_alone(whole: Path, conditions: list[Con
         assert float(row["planned_s"]) == trial.planned.expected_detection_time_s
         assert int(row["roads"]) == trial.roads
         assert row["work"] == ("" if trial.work is None else str(trial.work))
+        assert row["versions"].startswith("planner 0.1.0, sumo 1.28")
 
 
 def test_both_tables_say_the_same(whole: Path) -> None:
@@ -144,6 +145,7 @@ def test_workers_change_nothing(conditions: list[Condition], whole: Path, tmp_pa
     failed = [row["reason"] != "" for row in cells(tmp_path)]
     assert [took is None for took in timings["planning_s"]] == failed
     assert min(timings["whole_s"]) > 0
+    assert set(timings["retries"]) == {0}
 
 
 def test_a_failing_condition_is_recorded(whole: Path) -> None:
@@ -203,6 +205,14 @@ def test_a_killed_worker_changes_nothing(
     assert run(conditions, out, workers=2, conduct=told).run == len(conditions)
     assert (tmp_path / "died").read_text() == "x"
     assert same(out, whole)
+    assert killed_once(out, conditions)
+
+
+def killed_once(out: Path, conditions: list[Condition]) -> bool:
+    """Tell whether the retries are those of the one that died, and of some beside it."""
+    retries = rows(out / "timings.parquet")["retries"]
+    died = [(condition.method, condition.seed) == ("wait", 2) for condition in conditions]
+    return max(retries[at] for at, one in enumerate(died) if one) == 1 and sum(retries) <= 3
 
 
 def test_a_stopped_run_goes_on_where_it_was(
@@ -267,6 +277,7 @@ def test_what_always_kills_its_worker_is_told_from_the_others(
     *well, killed = cells(out)
     assert well == cells(whole)[:3]
     assert killed["reason"].startswith("the process that ran it was killed 2 times")
+    assert rows(out / "timings.parquet")["retries"][-1] == 1
     assert run(few, out, workers=1).run == 1  # it is tried again the next time
     assert cells(out) == cells(whole)[:4]
 
@@ -287,7 +298,7 @@ def test_what_may_be_mended_is_tried_again(
             "planner.experiments.conduct.try_method", functools.partial(fail, error=error)
         )
         outcome = conduct(conditions[2])
-    assert (outcome.figures, outcome.final) == ({"reason": reason}, False)
+    assert (outcome.figures["reason"], outcome.final) == (reason, False)
     kept = Kept(tmp_path)
     kept.keep(conditions[2], outcome)
     assert kept.figures(conditions[2]) is None
@@ -330,6 +341,7 @@ def test_dask_gives_the_same_table_though_a_worker_is_killed(
     run(conditions, out, workers=2, conduct=told, backend=conducted_by_dask)
     assert (tmp_path / "died").read_text() == "x"
     assert same(out, whole)
+    assert killed_once(out, conditions)
 
 
 def test_dask_on_a_running_cluster(
