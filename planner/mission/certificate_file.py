@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.files import written_whole
+from planner.arrays import Floats, Ints
+from planner.files import write_json
 from planner.parquet import nested, write_table
 from planner.search.branches import Beginning
 from planner.search.certificate import Certificate
@@ -17,6 +18,7 @@ from planner.search.sightings import pieces_of
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
 MOTION_COLUMNS = ("from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")  # place at from
+LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that nobody is near
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
@@ -48,16 +50,31 @@ def write_certificate(
     }
     write_table(folder / PRICES, prices, {"unit": "reward"})
     write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
-    pieces, who = pieces_of(futures)
+    pieces, who = _short(*pieces_of(futures))
     motion = dict(zip(MOTION_COLUMNS, pieces.T, strict=True))
     write_table(folder / MOTION, {"particle": who, **motion}, {})
-    _write(folder / NET, net_content(problem))
+    write_json(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    _write(folder / plan_file.name, plan | {"certificate": told})
+    write_json(folder / plan_file.name, plan | {"certificate": told})
 
 
 def _hops(beginning: Beginning, first: int) -> Beginning:
     return (first + beginning[0], *beginning[1:]) if beginning else ()
+
+
+def _short(pieces: Floats, who: Ints) -> tuple[Floats, Ints]:
+    """Return pieces of motion, (P, 6) and whose (P,), cut into equal parts; rests are not cut."""
+    lasts_s = pieces[:, 1] - pieces[:, 0]
+    many = np.ceil(np.where(np.isfinite(lasts_s), lasts_s, 0.0) / LONGEST_S).astype(int)
+    many = np.maximum(1, many)
+    whole = np.repeat(np.arange(len(pieces)), many)
+    part = np.arange(len(whole)) - np.repeat(np.cumsum(many) - many, many)
+    parts, step_s = pieces[whole], lasts_s[whole] / many[whole]
+    after_s = np.where(part > 0, part * step_s, 0.0)
+    parts[:, 0] += after_s
+    parts[:, 1] = np.where(part + 1 < many[whole], parts[:, 0] + step_s, parts[:, 1])
+    parts[:, 2:4] += parts[:, 4:] * after_s[:, None]
+    return parts, who[whole]
 
 
 def net_content(problem: Problem) -> dict[str, Any]:
@@ -67,8 +84,3 @@ def net_content(problem: Problem) -> dict[str, Any]:
         a, b, shape = int(net.road_from[road]), int(net.road_to[road]), net.shape(road).tolist()
         roads += [(a, b, shape), (b, a, shape[::-1])]
     return {"node_xy_m": net.node_xy_m.tolist(), "roads": roads}
-
-
-def _write(path: Path, content: dict[str, Any]) -> None:
-    with written_whole(path) as new:
-        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
