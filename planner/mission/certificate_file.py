@@ -64,13 +64,12 @@ def _hops(beginning: Beginning, first: int) -> Beginning:
 
 def _short(pieces: Floats, who: Ints) -> tuple[Floats, Ints]:
     """Return pieces of motion, (P, 6) and whose (P,), cut into equal parts; rests are not cut."""
-    lasts_s = pieces[:, 1] - pieces[:, 0]
-    many = np.ceil(np.where(np.isfinite(lasts_s), lasts_s, 0.0) / LONGEST_S).astype(int)
-    many = np.maximum(1, many)
+    lasts_s = np.where(np.isfinite(pieces[:, 1]), pieces[:, 1] - pieces[:, 0], 0.0)
+    many = np.maximum(1, np.ceil(lasts_s / LONGEST_S).astype(int))
     whole = np.repeat(np.arange(len(pieces)), many)
     part = np.arange(len(whole)) - np.repeat(np.cumsum(many) - many, many)
-    parts, step_s = pieces[whole], lasts_s[whole] / many[whole]
-    after_s = np.where(part > 0, part * step_s, 0.0)
+    parts, step_s = pieces[whole], (lasts_s / many)[whole]
+    after_s = part * step_s
     parts[:, 0] += after_s
     parts[:, 1] = np.where(part + 1 < many[whole], parts[:, 0] + step_s, parts[:, 1])
     parts[:, 2:4] += parts[:, 4:] * after_s[:, None]
