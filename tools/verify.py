@@ -92,7 +92,8 @@ class Run(SimpleNamespace):
         """Return when a hop may see whom, or, with less than no rest, surely sees."""
         moves = motions(*self.paths[h], -rest, self.lasts[h] + rest)
         moves = moves if h < self.legs or self.transit else []
-        return self.sweep(moves, starts, self.radius_m + self.speed_mps * rest)
+        radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # touching is both
+        return self.sweep(moves, starts, radius)
 
     def worths(self, sales: Any, price: Any, since: int) -> Any:
         """Return the most that flights from each bin and state on earn above prices."""

@@ -11,8 +11,8 @@ nodes and times finds. It remembers the last leg flown, so that flying to and fr
 particles does not sell them twice. Straight flights forget. `sightings` says how times are binned;
 a hop ends in the bins that all its starts end in.
 
-A landing by a certain time is left out: a bound for plans that need not land holds for all. What is
-seen on a flight to a certain place to land is no hop's, so such problems have no bound yet.
+Of a landing by a certain time it counts only that nothing is seen after it. What is seen on a
+flight to a certain place to land is no hop's, so such problems have no bound yet.
 """
 
 from dataclasses import dataclass, replace
@@ -125,6 +125,11 @@ def table_of(problem: Problem, bin_s: float) -> Table:
             "no bound is known for road plans that have to come home; leave out uav.return_to"
         )
     hops, nodes = hops_of(problem), len(problem.network.node_ids)
+    if bin_s <= 0.0 or len(np.unique(problem.network.node_xy_m, axis=0)) < nodes:
+        raise NotApplicableError(
+            "the bound for road plans needs nodes that are apart and roads of some length; join "
+            "nodes that are at one place"
+        )
     flights = first_flights(problem)
     first_s = min(at_s for _, at_s, _ in flights)
     ends_s = min(problem.objective.ends_s, problem.uavs[0].landing_s)

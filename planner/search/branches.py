@@ -126,8 +126,9 @@ class Search:
         node, at_s, reward = place = self._flights.flown(beginning)
         got, unseen = float(self._weight @ reward), reward == 0.0
         start = (node, self._root.bins.at(at_s), np.zeros(len(reward)))
-        price, table = self._table(price, unseen, start)
-        if beginning not in self._priced:
+        is_new = beginning not in self._priced
+        price, table = self._table(price, unseen, start, lower=is_new)
+        if is_new:
             _, price = self._lowest(table, price, got, steps)
             self._priced[beginning] = -inherited, price
         bound = min(-inherited, got + table.bound(price)[0])
@@ -144,12 +145,17 @@ class Search:
             further = self._flights.further(place, hop)
             self._add((*beginning, hop), further, state, (bound, price, table))
 
-    def _table(self, price: Floats, unseen: Flags, start: Start) -> tuple[Floats, Table]:
-        """Return prices no higher than anything that a beginning may still sell, and its table."""
+    def _table(
+        self, price: Floats, unseen: Flags, start: Start, *, lower: bool
+    ) -> tuple[Floats, Table]:
+        """Return the table of a beginning, and prices no higher than what it may still sell.
+
+        Prices that are part of the proof stay as they are.
+        """
         for among in (self._near, self._root):
             free = (price > among.floor) | (among.floor <= self._root.floor)
             if np.all(free, where=unseen):
-                lowered = among.no_dearer(price, start)
+                lowered = among.no_dearer(price, start) if lower else price
                 floor = np.maximum(among.floor, self._floor(lowered))
                 table = among.narrowed(floor, unseen, (start,))
                 if table.size > 0:

@@ -1,11 +1,13 @@
 """Certificates hold, are checked by a program that shares no code, and cannot be tampered with."""
 
+import importlib.util
 import json
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow
@@ -49,6 +51,17 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
     write_certificate(folder, problem, certificate, path, content)
 
 
+def wrong_claims(folder: Path) -> list[Any]:
+    """What verify.py, called as a module, finds wrong."""
+    spec = importlib.util.spec_from_file_location("verify", VERIFY)
+    assert spec is not None
+    assert spec.loader is not None
+    program = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(program)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return [claim for claim in program.Run(folder).claims() if not claim[-1] <= 1e-6]
+
+
 def verify(folder: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(VERIFY), str(folder)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
@@ -73,6 +86,15 @@ def test_another_program_finds_the_same(seed: int, tmp_path: Path) -> None:
     told = json.loads((tmp_path / "plan.json").read_text())["certificate"]
     assert told["plan_class"] == "roads"
     assert told["particles"] == len(problem.futures)
+
+
+@pytest.mark.parametrize("seed", range(48))
+def test_no_honest_certificate_is_refused(seed: int, tmp_path: Path) -> None:
+    """However long the search for prices went on, and however often it split."""
+    problem = random_problem(seed, particles=25).replace(horizon_s=1000.0)
+    problem = problem.replace(by_s=700.0) if seed % 5 == 0 else problem
+    write_certified(tmp_path, problem, rate_plan(problem), steps=(40, 160, 400)[seed % 3])
+    assert wrong_claims(tmp_path) == []
 
 
 def test_flights_get_the_bound_of_physics(tmp_path: Path) -> None:

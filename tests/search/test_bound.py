@@ -116,6 +116,16 @@ def test_bins_must_fit() -> None:
         table_of(problem, 0.5)
 
 
+def test_two_nodes_at_one_place_have_no_bound() -> None:
+    """No flight leads from one to the other, so what starts at the other would be left out."""
+    net = grid_problem(grid_futures(3, np.random.default_rng(1))).network
+    xy = net.node_xy_m.copy()
+    xy[1] = xy[0]
+    problem = random_problem(1)
+    with pytest.raises(NotApplicableError, match="nodes that are at one place"):
+        table_of(problem.replace(network=replace(net, node_xy_m=xy)), 1.0)
+
+
 def test_a_road_plan_that_has_to_come_home_has_no_bound() -> None:
     problem = random_problem(1)
     uav = replace(problem.uavs[0], return_to_m=(0.0, 0.0))
