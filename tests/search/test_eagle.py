@@ -135,11 +135,11 @@ def test_the_published_optima(start: int) -> None:
 
 @pytest.mark.parametrize("looks", [2, 3, 4, 5, 6])
 @pytest.mark.parametrize("start", [0, 1, 4, 5])
-def test_the_bound_is_above_the_optimum(start: int, looks: int) -> None:
-    """The flown plan is worth what the enumeration says, and no bound is below that."""
+def test_the_bound_meets_the_optimum(start: int, looks: int) -> None:
+    """The flown plan is worth what the enumeration says, and the bound comes down to that."""
     chance, path = best_search(start, looks)
     problem = cell_problem(start, looks)
     plan = plan_of_legs(problem, "", legs_through(problem, path))
-    certificate = certified(problem, plan, Effort(steps=200))
+    certificate = certified(problem, plan, Effort(steps=3000))
     assert certificate.value == pytest.approx(chance, abs=1e-9)
-    assert chance - 1e-9 <= certificate.bound <= chance + 0.2
+    assert chance - 1e-9 <= certificate.bound <= chance + 0.002
