@@ -31,7 +31,7 @@ AIMS = {
 }
 CURVE_S = (5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0)
 MOST = 10**9  # units of work or steps: the time ends both
-PLANNED_S = 5.0  # at most goes into the plan
+PLANNED_S = 3.0  # at most goes into the plan
 
 # Why the bound's table does not steer the search for plans; printed with the figures.
 STEERING = {
@@ -79,7 +79,7 @@ def curve(u0_km: int, seconds: float) -> list[Point]:
     budget = planner.Budget(work=MOST, stop=lambda: passed_s() > PLANNED_S)
     plan = best(problem, budget=budget, rng=stream(1, "planner", "best"))
     points: list[Point] = []
-    due_s = list(CURVE_S)
+    due_s = [at_s for at_s in CURVE_S if at_s < seconds]
 
     def told(_: int, value: float, bound: float, gap: float) -> None:
         if due_s and passed_s() >= due_s[0]:
