@@ -138,7 +138,7 @@ def _by_route(route: Sequence[str], weight: Floats, time_s: Floats) -> dict[str,
 
 
 def _at_points(values: Distribution, points: int) -> Distribution:
-    if isinstance(values, Listed):
+    if isinstance(values, Listed) and len(values.values) <= points:
         return values
     middles = (np.arange(points) + 0.5) / points
     return Listed(values.quantile(middles), np.full(points, 1 / points))
