@@ -10,8 +10,8 @@ POINTS = 20  # at which a range of speeds or distances is taken, each standing f
 class TargetSet:
     """True targets, weighted by their probability: no chance is left in them but the plan's.
 
-    Every route is taken; a range of speeds or distances, or a list of more than ``points``, at the
-    middles of so many equally probable parts.
+    Every route is taken; a range of speeds or distances at the middles of ``points`` equally
+    probable parts; a list whole, or so too where fewer points than usual are asked for.
     """
 
     name: str
