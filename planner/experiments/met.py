@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.cuts import parked
 from planner.experiments.looks import looked
-from planner.experiments.target_set import TargetSet
+from planner.experiments.target_set import POINTS, TargetSet
 from planner.futures.futures import Futures
 from planner.futures.store import recorded
 from planner.search.plan import Plan
@@ -138,7 +138,7 @@ def _by_route(route: Sequence[str], weight: Floats, time_s: Floats) -> dict[str,
 
 
 def _at_points(values: Distribution, points: int) -> Distribution:
-    if isinstance(values, Listed):
+    if isinstance(values, Listed) and (points >= POINTS or len(values.values) <= points):
         return values
     middles = (np.arange(points) + 0.5) / points
     return Listed(values.quantile(middles), np.full(points, 1 / points))

@@ -11,7 +11,7 @@ class TargetSet:
     """True targets, weighted by their probability: no chance is left in them but the plan's.
 
     Every route is taken; a range of speeds or distances at the middles of ``points`` equally
-    probable parts.
+    probable parts; a list whole, or so too where fewer points than usual are asked for.
     """
 
     name: str

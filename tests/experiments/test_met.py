@@ -104,6 +104,15 @@ def test_ranges_are_taken_at_their_middles() -> None:
     np.testing.assert_allclose(ends[0] / ends, np.array([19, 17, 15, 13, 11]) / 19, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("points", "taken"), [(2, [10, 20]), (3, [10, 15, 20])])
+def test_a_longer_list_is_thinned(points: int, taken: list[float]) -> None:
+    listed = ("truth.speed_mps={ list = [10, 15, 20], probabilities = [0.4, 0.2, 0.4] }",)
+    met = targets_of(TargetSet("few", truth=listed, points=points), condition("figure3", "wait"))
+    ends = np.sort(met.futures.end_s[[route == "AB BC CE" for route in met.route]])
+    np.testing.assert_allclose(ends[-1] / ends[::-1], np.array(taken) / 10, rtol=1e-6)
+    assert met.futures.weight.sum() == pytest.approx(1.0)
+
+
 def test_no_such_route() -> None:
     lost = TargetSet("lost", route="AB BC")
     with pytest.raises(InputError, match=r"sets\.lost\.route: no target takes it"):
