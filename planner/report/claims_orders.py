@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from planner.experiments.optimum import BOUND
 from planner.report.claims import Claim, Found, markdown_table
 from planner.report.estimates import EXPECTED, FOUND, Row, estimate, levels
+from planner.report.units import km
 
 TAKE_OFF, TRANSIT, PLACE = "uav.take_off_s", "sensor.detects_in_transit", "uav.start.distance_m"
 CERTAIN = 1.0 - 1e-9
@@ -120,7 +121,7 @@ def _guarantee(rows: Sequence[Row]) -> Claim:
     queues = [f"topological, {name} in first out" for name in ("first", "last")]
     fifo, lifo = (next(r["flight_ends_s"] for r in rows if r["order"] == q) for q in queues)
     certain = all(row[FOUND] >= CERTAIN for row in rows if row["order"] in queues)
-    places = [f"u0 = {place / 1000:.0f} km" for place in levels(rows, PLACE)]
+    places = [f"u0 = {km(place)}" for place in levels(rows, PLACE)]
     return Claim(
         "Q does not need to be a FIFO queue and a set may be used; in many cases this results in "
         "an unbalanced search",
@@ -142,7 +143,7 @@ def _all_orders(rows: Sequence[Row]) -> Claim:
     cases = list(dict.fromkeys(tuple(row[key] for key in keys) for row in rows))
     what = levels(rows, "what")
     value = {(*(row[key] for key in keys), row["what"]): row for row in rows}
-    header = ["", *(f"{stays}, {-x_m / 1000:.0f} km" for stays, x_m in cases)]
+    header = ["", *(f"{stays}, {km(-x_m)}" for stays, x_m in cases)]
     lines = []
     for name in what:
         cells = [name]
@@ -190,7 +191,7 @@ def _from_optimal(rows: Sequence[Row]) -> Claim:
         gaps.append(above[0].mean if above[0] else 0.0)
         cells = [one.seconds if one else "-" for one in values]
         shares = [one.percent if one else "-" for one in above]
-        lines.append((f"{u0_m / 1000:.0f} km", *cells, *shares))
+        lines.append((km(u0_m), *cells, *shares))
     header = ["u0", "bound", *names, *(f"{name} above it" for name in names)]
     return Claim(
         "How far from optimal is greedy on the grid?",

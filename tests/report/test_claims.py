@@ -7,9 +7,15 @@ import pytest
 from experiment_results import exhaustive_until, figure8, figure9
 from planner.experiments.optimum import BOUND
 from planner.experiments.run import Results
-from planner.report import claims_distance, claims_knowledge, claims_orders, claims_speed
+from planner.report import (
+    claims_crossing,
+    claims_distance,
+    claims_knowledge,
+    claims_orders,
+    claims_speed,
+)
 from planner.report.claims import Claim, Found, markdown_table, page
-from planner.report.estimates import EXPECTED, FOUND, U0
+from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
 from planner.report.experiment_figures import ALL, PATHS
 
 
@@ -20,7 +26,11 @@ def judged(found: Found, judge: Any, start: str) -> Claim:
 
 @pytest.mark.parametrize(
     ("km", "fails", "better"),
-    [(120, "reproduced", "reproduced"), (60, "reproduced", "in part"), (150, "not reproduced", "")],
+    [
+        (120, "reproduced", "reproduced"),
+        (60, "reproduced", "reproduced"),
+        (150, "not reproduced", ""),
+    ],
 )
 def test_where_exhaustive_search_fails(km: float, fails: str, better: str) -> None:
     found = {"figure8": figure8(exhaustive_until(km))}
@@ -29,14 +39,14 @@ def test_where_exhaustive_search_fails(km: float, fails: str, better: str) -> No
     if better:
         crossing = judged(found, claims_distance.claims, "Except for cases")
         assert crossing.verdict == better
-        assert f"{km} km" in crossing.finding
+        assert f"{km} km" in crossing.note
 
 
 def test_paths_on_which_exhaustive_is_better_are_counted() -> None:
     results = figure8(exhaustive_until(60))
     greedy = {"block": "300 s", "method": "greedy"}
     counts = [
-        claims_distance.exhaustive_wins(results, greedy, {"targets": ALL, U0: u0})
+        claims_crossing.exhaustive_wins(results, greedy, {"targets": ALL, U0: u0})
         for u0 in (0.0, 60e3, 120e3)
     ]
     assert counts == [(1, 1.0, 1), (1, 1.0, 1), (0, 0, 1)]
@@ -55,6 +65,36 @@ def test_greedy_well_under_the_horizon_or_not() -> None:
     assert judged(found, claims_distance.claims, start).verdict == "reproduced"
     late = {"figure8": figure8(lambda _method, _u0: 9_990.0)}
     assert judged(late, claims_distance.claims, start).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize(
+    ("late_s", "verdict"), [(8_900.0, "reproduced"), (9_100.0, "not reproduced")]
+)
+def test_well_under_is_by_a_tenth(late_s: float, verdict: str) -> None:
+    found = {"figure8": figure8(lambda _method, _u0: late_s)}
+    claim = judged(found, claims_distance.claims, "In the simulation-aided search the detection")
+    assert claim.verdict == verdict
+    assert "below 9,000 s, 10 % less" in claim.reading
+
+
+def test_before_the_goal_up_to_some_distance() -> None:
+    results = figure8(exhaustive_until(120))
+    rows = tuple(row | {BEFORE_GOAL: 0.9 if row[U0] < 120e3 else 0.3} for row in results.rows)
+    found = {"figure8": Results(rows, 0, results.figures)}
+    claim = judged(found, claims_distance.claims, "The simulation-aided search in most")
+    assert (claim.verdict, claim.note) == ("in part", "up to 60 km")
+
+
+@pytest.mark.parametrize(
+    ("longer_from_m", "verdict"), [(700e3, "not reproduced"), (0.0, "reproduced")]
+)
+def test_one_distance_makes_no_method_far_better(longer_from_m: float, verdict: str) -> None:
+    def time_s(method: str, u0_m: float) -> float:
+        return 3000.0 if method == "greedy" and u0_m >= longer_from_m else 2000.0
+
+    claim = judged({"figure8": figure8(time_s)}, claims_distance.claims, "There may exist far")
+    assert claim.verdict == verdict
+    assert "to 50.0 %)" in claim.finding
 
 
 def test_a_falling_step_is_named() -> None:
@@ -253,6 +293,11 @@ def test_the_page_has_each_claim_once_in_short_and_in_full() -> None:
     assert text.count("It works") == 4
     assert '<a id="claim-2"></a>' in text
     assert "*Section 1.* **In part.** By 3 s." in text
+
+
+def test_how_far_a_claim_holds_stands_beside_its_verdict() -> None:
+    claim = Claim("It works", "Section 1", "as printed", "in part", "", note="up to 60 km")
+    assert "| Section 1 | **in part**: up to 60 km |" in page([claim])
 
 
 def test_a_table_in_markdown() -> None:
