@@ -116,6 +116,8 @@ def test_time_grows_with_speed(slope: float, verdict: str) -> None:
     assert earlier.verdict == "reproduced"
     assert "15 m/s: 150 km" in earlier.finding
     assert judged(found, claims_speed.claims, "The target reaches").verdict == "reproduced"
+    assert "never finds up to 100.0 % of the targets at 15 m/s (at 700 km)" in claim.finding
+    assert "the edge of what" not in claim.finding  # fast ones are missed as often
 
 
 def test_single_paths_may_take_too_long_where_all_do_not() -> None:
@@ -133,20 +135,27 @@ def test_single_paths_may_take_too_long_where_all_do_not() -> None:
 
 def test_plans_beside_a_bound() -> None:
     rows = [
-        {"what": what, "seed": seed, U0: 60e3, EXPECTED: value + seed, "gap": gap}
+        {"what": what, "seed": seed, U0: 60e3, EXPECTED: value + seed, "gap": gap, "particles": 64}
         for what, value, gap in (("greedy", 1500.0, 0.5), (BOUND, 1000.0, 0.0))
         for seed in (1, 2)
     ]
     found = {"optimum": Results(tuple(rows), 2, {})}
     claim = judged(found, claims_orders.claims, "How far from optimal")
     assert "50 to 50 % above" in claim.finding
+    assert "64 independent particles, 2 seeds" in claim.reading
     assert claim.table.endswith(
         "| 60 km | 1,002 s (995 to 1,008) | 1,502 s (1,495 to 1,508) | 50.0 % |"
     )
 
 
 def test_random_orders_check_the_mean_of_all() -> None:
-    row = {"target.at_sink": "gone", "uav.start.x_m": -30e3, "orders": 645_120, "seed": 1}
+    row = {
+        "target.at_sink": "gone",
+        "uav.start.x_m": -30e3,
+        "orders": 645_120,
+        "futures": 90,
+        "seed": 1,
+    }
     values = (
         ("all orders: mean", 1000.0, 0.5, None),
         ("all orders: best", 800.0, 0.0, None),
@@ -159,6 +168,8 @@ def test_random_orders_check_the_mean_of_all() -> None:
     ]
     found = {"section4": Results(tuple(rows), 1, {})}
     claim = judged(found, claims_orders.claims, "7 road segments")
+    assert "Figure 3, 90 futures" in claim.reading
+    assert claim.finding.startswith("645,120 orders are flown")
     assert "is 1.5 to 1.5 standard errors" in claim.finding
     assert "| 1,030 s ± 20 |" in claim.table
     assert "| 900 s (1.23 %) |" in claim.table
@@ -176,7 +187,8 @@ def section3(missed: float, certain: float) -> Results:
             claims_orders.TRANSIT: "true",
             FOUND: 1.0 - missed if order == "breadth-first" else certain,
             "roads": 10,
-            "extra_movements": 2,
+            "extra_movements": 1 if order.endswith("shortest") else 2,
+            "never_flown": "ED" if order == "breadth-first" else "",
             "flight_ends_s": 900.0,
         }
         for order in orders
@@ -198,6 +210,19 @@ def test_orders_that_find_and_that_miss(
     starts = ("Breadth-first", "A search that takes no road")
     claims = [judged(found, claims_orders.claims, start) for start in starts]
     assert tuple(claim.verdict for claim in claims) == verdicts
+    assert claims[0].finding.endswith("Roads that are never flown: breadth-first: ED.")
+
+
+@pytest.mark.parametrize(("printed", "verdict"), [(2, "reproduced"), (3, "not reproduced")])
+def test_only_two_extra_movements(printed: int, verdict: str) -> None:
+    rows = [
+        row | {"extra_movements": printed} if row["order"].endswith("printed") else row
+        for row in section3(0.1, 1.0).rows
+    ]
+    found = {"section3": Results(tuple(rows), 3, {})}
+    claim = judged(found, claims_orders.claims, "An optimisation of the search order")
+    assert claim.verdict == verdict
+    assert "the least extra flight has 1" in claim.finding
 
 
 def readings(gain_s: float) -> Results:
