@@ -165,10 +165,10 @@ def _all_orders(rows: Sequence[Row]) -> Claim:
         f"Figure 3, {futures} futures, the sensor on all the time; the target stays at its goal or "
         "is gone; the UAV some way west of A, as the table tells",
         "reproduced" if flown == [PAPERS_ORDERS] else "not reproduced",
-        f"{_several(flown)} orders are flown against all futures. In parentheses: the share "
-        "of all orders that are better than the method's plan. Plans that fly a road twice are no such order, and "
-        "can be better than all of them. As a check, the mean of orders drawn at random and flown "
-        f"one by one is {_check(rows)} standard errors from the mean of all.",
+        f"{_several(flown)} orders are flown against all futures. In parentheses: the share of all "
+        "orders that are better than the method's plan. Plans that fly a road twice are no such "
+        "order, and can be better than all of them. As a check, the mean of orders drawn at random "
+        f"and flown one by one is {_check(rows)} standard errors from the mean of all.",
         markdown_table(header, lines),
     )
 
