@@ -27,6 +27,7 @@ from planner.experiments.pool import Conduct, Done
 from planner.experiments.run import run
 from planner.mission.preparation import Recorder
 from planner.mission.trial import try_method
+from planner.provenance import versions
 from planner.scenario_source import read_source
 from planner.search.methods import method_named
 
@@ -304,6 +305,22 @@ def test_what_may_be_mended_is_tried_again(
     assert kept.figures(conditions[2]) is None
     kept.keep(conditions[2], conduct(conditions[2]))
     assert kept.figures(conditions[2]) is not None
+
+
+@pytest.mark.parametrize("package", ["planner", "sumo", "numpy"])
+@pytest.mark.parametrize("at", [0, 6], ids=["sound", "failed"])
+def test_what_another_version_made_counts_no_more(
+    conditions: list[Condition],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    package: str,
+    at: int,
+) -> None:
+    Kept(tmp_path).keep(conditions[at], Outcome({"reason": "some"}, {}))
+    assert Kept(tmp_path).figures(conditions[at]) == {"reason": "some"}
+    newer = versions() | {package: "99.0"}
+    monkeypatch.setattr("planner.experiments.kept.versions", lambda: newer)
+    assert Kept(tmp_path).figures(conditions[at]) is None
 
 
 def test_the_command_tells_what_came_of_it(
