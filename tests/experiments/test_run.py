@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -305,6 +306,20 @@ def test_what_may_be_mended_is_tried_again(
     assert kept.figures(conditions[2]) is None
     kept.keep(conditions[2], conduct(conditions[2]))
     assert kept.figures(conditions[2]) is not None
+
+
+def test_the_table_holds_the_metrics_chosen(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    out = shutil.copytree(whole, tmp_path / "out")
+    fewer = [replace(one, metrics=("work", "planned_s")) for one in conditions]
+    results = run(fewer, out, workers=1)
+    assert results.run == 0
+    assert results.rows[0]["roads"] is not None  # what is told at the end is whole
+    names = ["id", "method", "sensor.radius_m", "seed", "planned_s", "work", "reason", "versions"]
+    assert sorted(cells(out)[0]) == sorted(names)
+    assert sorted(rows(out / "results.parquet")) == sorted(names)
+    assert cells(out) == [{name: row[name] for name in cells(out)[0]} for row in cells(whole)]
 
 
 @pytest.mark.parametrize("package", ["planner", "sumo", "numpy"])
