@@ -120,6 +120,18 @@ def test_time_grows_with_speed(slope: float, verdict: str) -> None:
     assert "the edge of what" not in claim.finding  # fast ones are missed as often
 
 
+def test_slow_targets_are_the_edge_only_where_more_of_them_are_missed() -> None:
+    results = figure9(10.0)
+    rows = tuple(
+        row | {FOUND: 0.75 if row["targets"] == f"{ALL}, 15 m/s" else 0.9} for row in results.rows
+    )
+    found = {"figure9": Results(rows, 0, results.figures)}
+    claim = judged(found, claims_speed.claims, "In both search methods")
+    assert "never finds up to 25.0 % of the targets at 15 m/s" in claim.finding
+    assert "up to 10.0 % of those at 25 m/s" in claim.finding
+    assert "the edge of what the UAV believes" in claim.finding
+
+
 def test_single_paths_may_take_too_long_where_all_do_not() -> None:
     start = "In simulation-aided search the detection time stays"
     results = figure9(10.0)
