@@ -4,11 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 from planner.experiments.run import Results
-from planner.report import claims_distance
+from planner.report import claims_crossing
 from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
 from planner.report.experiment_figures import ALL, ALL_20, PATHS, SPEEDS
 
-BELIEVED = claims_distance.BELIEVED
+BELIEVED = claims_crossing.BELIEVED
 SETS = (ALL, ALL_20, BELIEVED, *PATHS, *(f"{path}, 20 m/s" for path in PATHS))
 DISTANCES = (0.0, 60e3, 120e3, 150e3, 700e3)
 WHO = (

@@ -31,6 +31,7 @@ class Condition:
     # Where the scenario lies here; elsewhere it is still the same condition.
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
+    metrics: tuple[str, ...] = field(default=(), compare=False)  # the table's figures; all if empty
 
     @cached_property
     def id(self) -> str:

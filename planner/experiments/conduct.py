@@ -1,6 +1,5 @@
 """One condition run: open, record, plan, judge; what comes of it as plain data."""
 
-import importlib
 import logging
 import platform
 import time
@@ -19,11 +18,6 @@ from planner.search.methods import method_named
 
 log = logging.getLogger(__name__)
 
-STUDIES = {  # by name: the module and the function in it, loaded when a condition runs
-    "orders": ("orders", "orders_of"),
-    "precedence": ("precedence", "precedence_of"),
-    "optimum": ("optimum", "optimum_of"),
-}
 TOLD = ("planner", "sumo", "numpy", "numba")  # with each condition; the table's file names all
 
 
@@ -49,7 +43,7 @@ def conduct(condition: Condition) -> Outcome:
     took_s, final = None, True
     try:
         if condition.study:
-            figures = _study(condition)
+            figures = STUDIES[condition.study](condition)
         else:
             figures, took_s = _tried(condition)
     except OutputError:
@@ -73,11 +67,30 @@ def _versions() -> str:
     return ", ".join(f"{name} {known[name]}" for name in TOLD)
 
 
-def _study(condition: Condition) -> dict[str, Any]:
-    module, function = STUDIES[condition.study]
-    home = importlib.import_module(f"planner.experiments.{module}")
-    study: Callable[[Condition], dict[str, Any]] = getattr(home, function)
-    return study(condition)
+def _orders(condition: Condition) -> dict[str, Any]:
+    from planner.experiments.orders import orders_of
+
+    return orders_of(condition)
+
+
+def _precedence(condition: Condition) -> dict[str, Any]:
+    from planner.experiments.precedence import precedence_of
+
+    return precedence_of(condition)
+
+
+def _optimum(condition: Condition) -> dict[str, Any]:
+    from planner.experiments.optimum import optimum_of
+
+    return optimum_of(condition)
+
+
+# What a study runs in place of a method; each is loaded when a condition of it runs.
+STUDIES: dict[str, Callable[[Condition], dict[str, Any]]] = {
+    "orders": _orders,
+    "precedence": _precedence,
+    "optimum": _optimum,
+}
 
 
 def _tried(condition: Condition) -> tuple[dict[str, Any], float]:

@@ -36,6 +36,7 @@ class Experiment:
     fixed: tuple[str, ...] = ()  # overrides that hold for all conditions
     sets: tuple[TargetSet, ...] = ()  # of enumerated targets
     study: str = ""  # what is done in place of making a plan
+    metrics: tuple[str, ...] = ()  # names of the figures that the table holds; all if empty
     block: str = ""  # its name, if the file has several
     more: tuple["Experiment", ...] = ()  # the file's other blocks
 
@@ -126,6 +127,7 @@ class Experiment:
                     study=self.study,
                     place=self.place,
                     levels=every,
+                    metrics=self.metrics,
                 )
 
     def _unvaried(self, keys: Sequence[str]) -> dict[str, Any]:

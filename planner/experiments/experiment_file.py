@@ -10,6 +10,7 @@ from planner.errors import InputError
 from planner.experiments.condition import toml_text
 from planner.experiments.conduct import STUDIES
 from planner.experiments.experiment import METHOD, Experiment
+from planner.experiments.results import METRICS
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
 from planner.mission.preparation import FRESH_TARGETS
@@ -28,6 +29,7 @@ KNOWN = (
     "targets",
     "sets",
     "study",
+    "metrics",
     "block",
     *OF_A_BLOCK,
 )
@@ -111,7 +113,26 @@ def _whole(path: Path, table: Table) -> Experiment:
         targets=_number(path, table, "targets", default=FRESH_TARGETS, least=0 if sets else 1),
         sets=sets,
         study=study,
+        metrics=_metrics(path, table, study),
     )
+
+
+def _metrics(path: Path, table: Table, study: str) -> tuple[str, ...]:
+    if "metrics" not in table:
+        return ()
+    names = table["metrics"]
+    if study:
+        raise InputError(f"{path}: metrics: a study has columns of its own; leave the key out")
+    if not isinstance(names, list) or not names:
+        remedy = f'write metrics = ["{METRICS[0]}"]'
+        raise InputError(
+            f"{path}: metrics: should be a list of names, not {shown(names)}; {remedy}"
+        )
+    for name in names:
+        if name not in METRICS:
+            remedy = suggestion(str(name), METRICS)
+            raise InputError(f"{path}: metrics: {shown(name)} is no figure of the table; {remedy}")
+    return tuple(names)
 
 
 def _blocks(path: Path, table: Table) -> list[Table]:

@@ -11,9 +11,16 @@ from planner.errors import InputError, OutputError, PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, reason_of
 from planner.files import write_json
+from planner.provenance import versions
 from planner.scenario_draft import read_scenario
 
+MADE_BY = ("planner", "sumo", "numpy")  # other versions of these may give other results
 CONDITIONS, TIMINGS = "conditions", "timings"  # folders of one file for each condition
+
+
+def _made_by() -> list[str]:
+    known = versions()
+    return [f"{name} {known[name]}" for name in MADE_BY]
 
 
 @dataclass(frozen=True)
@@ -22,6 +29,7 @@ class Kept:
 
     folder: Path
     _files: dict[Path, str] = field(default_factory=dict)  # digests of network sources
+    _made_by: list[str] = field(default_factory=_made_by)
 
     def clean(self) -> None:
         """Remove what a killed run left half-written.
@@ -70,16 +78,19 @@ class Kept:
         return self.folder / folder / f"{condition.id}.json"
 
     def _origin(self, condition: Condition) -> str:
-        """Return a digest of the scenario as it is now: what was run on another counts no more."""
+        """Return a digest of the scenario and the program as they are now.
+
+        What was run on another scenario, or by another version, counts no more.
+        """
         try:
             scenario = read_scenario(
                 condition.place, preset=condition.preset, overrides=condition.settings
             )
         except PlannerError as error:
-            return _digest([reason_of(error)])
+            return _digest([reason_of(error), *self._made_by])
         named = sorted(scenario.network.files.items())
         files = [self._file_digest(scenario.folder / file) for _, file in named]
-        return _digest([json.dumps(scenario.as_dict(), sort_keys=True), *files])
+        return _digest([json.dumps(scenario.as_dict(), sort_keys=True), *files, *self._made_by])
 
     def _file_digest(self, path: Path) -> str:
         if path not in self._files:

@@ -40,4 +40,5 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
         {"what": name, "expected_detection_time_s": value_s, "gap": gap_of(value_s, bound_s)}
         for name, value_s in values.items()
     ]
-    return {"rows": [*rows, {"what": BOUND, "expected_detection_time_s": bound_s, "gap": 0.0}]}
+    rows.append({"what": BOUND, "expected_detection_time_s": bound_s, "gap": 0.0})
+    return {"rows": [row | {"particles": len(futures)} for row in rows]}

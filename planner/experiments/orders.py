@@ -47,6 +47,7 @@ def orders_of(condition: Condition) -> dict[str, Any]:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.horizon_s)
         rows.append(_row(name, flown.expected_detection_time_s, every.value))
     counts, edges_s = np.histogram(every.value, BINS)
+    rows = [row | {"futures": len(futures)} for row in rows]
     return {"rows": rows, "edges_s": edges_s.tolist(), "counts": counts.tolist()}
 
 

@@ -52,6 +52,7 @@ def precedence_of(condition: Condition) -> dict[str, Any]:
                 "flight_ends_s": plan.tracks[0].end_s,
                 "roads": len(plan.legs[0]),
                 "extra_movements": _movements(problem, plan),
+                "never_flown": _never_flown(problem, plan),
             }
             rows.append(row)
     return {"rows": rows}
@@ -112,3 +113,10 @@ def _movements(problem: Problem, plan: Plan) -> int:
     legs = [flown.leg for flown in plan.legs[0]]
     ends, starts = problem.legs.to_node[legs[:-1]], problem.legs.from_node[legs[1:]]
     return int((ends != starts).sum())
+
+
+def _never_flown(problem: Problem, plan: Plan) -> str:
+    """Return the names of the roads that a plan leaves out, with spaces between."""
+    flown = {leg.leg // 2 for leg in plan.legs[0]}
+    roads = enumerate(problem.network.road_ids)
+    return " ".join(name for road, name in roads if road not in flown)

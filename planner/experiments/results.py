@@ -30,6 +30,8 @@ FIGURES: dict[str, Kind] = {
     "reason": "string",  # why there are no figures
     "versions": "string",  # that the condition was run with
 }
+ALWAYS = ("reason", "versions")  # stand in every table
+METRICS = tuple(name for name in FIGURES if name not in ALWAYS)  # that a file can choose from
 FRESH = "fresh"  # the name of targets drawn for the seed
 FRESH_ONLY = (  # figures that each set of targets has its own of, or none
     "expected_detection_time_s",
@@ -77,8 +79,10 @@ def _known(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in figures.items() if name in FIGURES}
 
 
-def write_results(out: Path, rows: Sequence[Row]) -> None:
-    """Write ``results.csv`` and ``results.parquet``."""
+def write_results(out: Path, rows: Sequence[Row], metrics: Sequence[str] = ()) -> None:
+    """Write ``results.csv`` and ``results.parquet``, of the figures these metrics, all if none."""
+    left_out = {name for name in METRICS if metrics and name not in metrics}
+    rows = [{name: row[name] for name in row if name not in left_out} for row in rows]
     names = list(dict.fromkeys(name for row in rows for name in row))
     with written_whole(out / RESULTS_CSV) as new, new.open("w", newline="", encoding="utf-8") as to:
         table = csv.DictWriter(to, names, lineterminator="\n")

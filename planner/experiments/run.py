@@ -80,7 +80,7 @@ def run(
         if told:
             told(done, len(waiting), "")
     rows = [row for c in conditions for row in rows_of(c, figures[c.id] or {})]
-    write_results(out, rows)
+    write_results(out, rows, conditions[0].metrics)
     write_timings(out, [c.id for c in conditions], [kept.timing(c) for c in conditions])
     return Results(tuple(rows), len(waiting), figures)
 

@@ -23,6 +23,7 @@ class Claim:
     verdict: Verdict
     finding: str  # by how much, with interval
     table: str = ""  # in Markdown, where one number is not enough
+    note: str = ""  # beside the verdict: how far it holds
 
 
 Judge = Callable[[Found], Iterable[Claim]]
@@ -44,11 +45,11 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def page(claims: Sequence[Claim]) -> str:
     """Return the claims as Markdown: a table of verdicts, then each in full."""
     short = [
-        (f"[{number}](#claim-{number}) {claim.text}", claim.where, claim.verdict)
+        (f"[{number}](#claim-{number}) {claim.text}", claim.where, _verdict(claim))
         for number, claim in enumerate(claims, 1)
     ]
     table = "| claim | in the paper | |\n|---|---|---|\n" + "\n".join(
-        f"| {text} | {where} | **{verdict}** |" for text, where, verdict in short
+        f"| {text} | {where} | {verdict} |" for text, where, verdict in short
     )
     full = [_full(number, claim) for number, claim in enumerate(claims, 1)]
     return "\n\n".join([table, *full]) + "\n"
@@ -63,8 +64,12 @@ def verdicts_table(claims: Sequence[Claim]) -> "Table":
     for name in ("claim", "in the paper", "verdict"):
         table.add_column(name)
     for claim in claims:
-        table.add_row(claim.text, claim.where, claim.verdict)
+        table.add_row(claim.text, claim.where, _verdict(claim, mark=""))
     return table
+
+
+def _verdict(claim: Claim, *, mark: str = "**") -> str:
+    return f"{mark}{claim.verdict}{mark}" + f": {claim.note}" * bool(claim.note)
 
 
 def _full(number: int, claim: Claim) -> str:

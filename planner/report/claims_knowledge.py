@@ -15,9 +15,10 @@ from planner.report.estimates import (
     estimate,
     levels,
 )
+from planner.report.experiment_figures import ALL
+from planner.report.units import km
 
 REFERENCE = "as in the preset"
-ALL = "all paths"
 BASE, KNOWN = "all that is known", "as believed"
 TURNS, EQUAL = "four in five turn east", "turns taken for equal"
 NUMBERS = ("radius", "roads", "planning", "tick")  # blocks that change no reading but a number
@@ -35,10 +36,6 @@ def claims(found: Found) -> Iterator[Claim]:
         yield _worth(found["beliefs"].rows)
         yield _wrong(found["beliefs"].rows)
         yield _sensor(found["beliefs"].rows)
-
-
-def _km(u0_m: float) -> str:
-    return f"{u0_m / 1000:.0f} km"
 
 
 def _variants(rows: Sequence[Row]) -> list[tuple[str, dict[str, Any]]]:
@@ -69,20 +66,20 @@ def _readings(rows: Sequence[Row]) -> Claim:
             apart = difference(chosen(rows, {**where, **here}), chosen(rows, {**base, **here}))
             cells.append(apart.change if apart else "-")
             if apart and value and not where["block"].startswith(NUMBERS):
-                told = f"`{name}` at {_km(u0)}, {apart.change} beside {value.seconds}"
+                told = f"`{name}` at {km(u0)}, {apart.change} beside {value.seconds}"
                 if apart.low > 0 or apart.high < 0:
                     largest = max(largest, (abs(apart.mean) / value.mean, told))
         lines.append(cells)
     return Claim(
         "Which reading of the pseudo-code matters?",
         "Figures 4 to 6",
-        "greedy with one option changed at a time, all else as in the preset; all 252 paths from "
+        "greedy with one option changed at a time, all else as in the preset; all paths from "
         "the origin; change of the mean detection time, paired by seed",
         "beyond the paper",
         f"The largest change that a reading makes and that chance does not explain is "
         f"{100 * largest[0]:.0f} %: {largest[1]}. What is no reading but a number, the radius "
         "say, stands in the last rows.",
-        markdown_table(["", *map(_km, distances)], lines),
+        markdown_table(["", *map(km, distances)], lines),
     )
 
 
@@ -92,7 +89,7 @@ def _sixteen(rows: Sequence[Row]) -> Claim:
     for u0 in sorted(levels(rows, U0)):
         base = {"targets": ALL, U0: u0, "block": REFERENCE}
         value, found = estimate(rows, base), estimate(rows, base, FOUND)
-        cells = [_km(u0), value.seconds if value else "-", found.percent if found else "-"]
+        cells = [km(u0), value.seconds if value else "-", found.percent if found else "-"]
         for depth in sorted(depths):
             more = chosen(rows, {"targets": ALL, U0: u0, "search.depth": depth})
             apart = difference(more, chosen(rows, base))
@@ -205,7 +202,7 @@ def _losses(
             )
             if apart is not None:
                 losses.append((apart.low, apart.high))
-                yield told, method, _km(u0), targets, apart.change
+                yield told, method, km(u0), targets, apart.change
 
 
 def _wrong(rows: Sequence[Row]) -> Claim:
@@ -222,8 +219,8 @@ def _wrong(rows: Sequence[Row]) -> Claim:
                 apart = difference(chosen(rows, where), chosen(rows, {**where, "targets": KNOWN}))
                 if value and found and before and apart:
                     cells = (value.seconds, apart.change, found.percent, before.percent)
-                    lines.append((targets, method, _km(u0), *cells))
-                    told = f"{method} at {_km(u0)} most, {apart.change}: {targets}"
+                    lines.append((targets, method, km(u0), *cells))
+                    told = f"{method} at {km(u0)} most, {apart.change}: {targets}"
                     most = max(most, (apart.mean, told))
     return Claim(
         "What does a wrong belief cost?",
@@ -259,7 +256,7 @@ def _sensor(rows: Sequence[Row]) -> Claim:
             }
             rankings.append(sorted(values, key=lambda name: values[name].mean))
             lines.append(
-                (_km(u0), targets, *(values[name].seconds for _, name in methods if name in values))
+                (km(u0), targets, *(values[name].seconds for _, name in methods if name in values))
             )
         same = same and rankings[0] == rankings[1]
     return Claim(

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.report.claims import Claim, Found, markdown_table
-from planner.report.claims_distance import EXHAUSTIVE, GREEDY, exhaustive_wins
+from planner.report.claims_crossing import exhaustive_wins
+from planner.report.claims_shared import EXHAUSTIVE, GREEDY
 from planner.report.estimates import (
     BEFORE_GOAL,
     EXPECTED,
@@ -19,6 +20,7 @@ from planner.report.estimates import (
     levels,
 )
 from planner.report.experiment_figures import ALL, ALL_20
+from planner.report.units import km
 
 THEIR_SEEDS = 10
 THEIR_ERROR = {EXPECTED: 12.0, BEFORE_GOAL: 0.005}  # standard error of its 20,000 targets, at most
@@ -148,7 +150,7 @@ def _few_seeds(rows: Sequence[Row]) -> str:
     if len(means) < 2:
         return ""
     return (
-        f"With take-off at 300 s and both directions, one seed at {ODD_M / 1e3:.0f} km deviates by "
+        f"With take-off at 300 s and both directions, one seed at {km(ODD_M)} deviates by "
         f"{statistics.stdev(values):,.0f} s from the next, and ten of them may mean much or "
         f"little: groups of ten have means of {', '.join(f'{mean:,.0f}' for mean in means)} s, "
         f"and the prototype's ten one of {THEIRS_AT_300[60]:,.0f} s. All {len(values)} together: "
@@ -163,11 +165,11 @@ def _from_the_origin(found: Found) -> str:
     results, lines = found["figure8"], []
     for name, where, theirs, why in FROM_THE_ORIGIN:
         cell, far = _beside(estimate(results.rows, where), theirs, EXPECTED)
-        lines.append((f"{name}, {where[U0] / 1e3:.0f} km", cell, why if far else ""))
+        lines.append((f"{name}, {km(where[U0])}", cell, why if far else ""))
     for u0, theirs in WINS.items():
         greedy = {**GREEDY, "targets": ALL}
         if u0 in levels(results.rows, U0):
             wins, _, paths = exhaustive_wins(results, greedy, {"targets": ALL, U0: u0})
-            name = f"paths on which exhaustive is better, {u0 / 1e3:.0f} km"
+            name = f"paths on which exhaustive is better, {km(u0)}"
             lines.append((name, f"{wins} / {theirs} of {paths}", ""))
     return markdown_table(["targets from the origin", "ours / theirs", "why apart"], lines)

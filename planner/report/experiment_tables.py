@@ -18,12 +18,13 @@ INSTANCES_HEAD = """\
 
 `planner compare --instances -o DIR` made this page. *Best known* is E[min(tau, horizon)] of the
 best plan over roads known, on 4,000 fresh targets that no planner sees, with its 95 % interval.
-*Bound* is how far a lower bound on all plans over roads lies below that plan, both on the particles
-planned with; in brackets, where such a bound takes too large a table, one on any flight whatever.
-Each method has the scenario's own budget; its column tells how far its plan is above the best
-known, on the same fresh targets. `orienteering` plans with OR-Tools; `anneal-waypoints` may leave
-the roads and so be better than the best known; - where a method cannot work on the instance. The
-best known was chosen on other targets than these, so that a plan over roads may be a little better.
+*Bound* is how far that plan is above a lower bound on all plans over roads, as a share of the
+bound, both on the particles planned with; in brackets, where such a bound takes too large a table,
+above one on any flight whatever. Each method has the scenario's own budget; its column tells how
+far its plan is above the best known, on the same fresh targets. `orienteering` plans with OR-Tools;
+`anneal-waypoints` may leave the roads and so be better than the best known; - where a method cannot
+work on the instance. The best known was chosen on other targets than these, so that a plan over
+roads may be a little better.
 
 """
 MOST_LINES = 60  # that a terminal shows
@@ -87,16 +88,16 @@ def instances_table(
         best_s = known[one.name].expected_detection_time_s
         half_s = known[one.name].ci95_s[1] - best_s
         cells = [_above(values[one.name, method], best_s) for method in methods]
-        table.add_row(one.name, f"{best_s:,.0f} ± {half_s:.0f} s", _below(one), *cells)
+        table.add_row(one.name, f"{best_s:,.0f} ± {half_s:.0f} s", _above_bound(one), *cells)
     return table
 
 
-def _below(instance: Instance) -> str:
-    """Return how far a bound is below the best plan known, in brackets if not for roads alone."""
+def _above_bound(instance: Instance) -> str:
+    """Return how far the best plan known is above a bound, in brackets if not for roads alone."""
     if instance.bound is None:
         return "-"
-    below = f"{100 * (instance.bound.bound_s / instance.bound.planned_s - 1):.1f} %"
-    return below if instance.bound.plan_class == "roads" else f"({below})"
+    above = f"{100 * instance.bound.gap:+.1f} %"
+    return above if instance.bound.plan_class == "roads" else f"({above})"
 
 
 def instances_page(

@@ -43,10 +43,10 @@ NUMBERS = f"The numbers of Figures 8 and 9 stand in [{CURVES}]({CURVES}), bands 
 CAPTIONS = {
     "figure8": "Average detection time on four paths, speeds from 15 to 25 m/s (Figure 8)",
     "figure8-20mps": "The same at 20 m/s",
-    "figure8-all": "The same over all 252 paths by their probability",
+    "figure8-all": "The same over all paths by their probability",
     "figure9": "Detection time for three speeds of the target (Figure 9)",
-    "section4": "E[min(tau, 3,600 s)] of all 645,120 orders of Figure 3 (Section 4.1)",
-    "particles": "What plans are worth against the particles they were made on, u0 = 120 km",
+    "section4": "E[min(tau, horizon)] of all orders of Figure 3 (Section 4.1)",
+    "particles": "What plans are worth against the particles they were made on",
 }
 
 

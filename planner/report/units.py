@@ -19,3 +19,8 @@ def length(metres: float) -> str:
     if metres < 999.5:
         return f"{metres:.0f} m"
     return f"{metres / 1000:,.0f} km" if metres >= 1e6 else f"{metres / 1000:.3g} km"
+
+
+def km(metres: float) -> str:
+    """Return a length in whole kilometres."""
+    return f"{metres / 1000:.0f} km"

@@ -72,6 +72,12 @@ def test_id_is_the_same_wherever_the_files_lie(sound: Experiment, tmp_path: Path
     assert len({c.id for c in sound.conditions()}) == 18
 
 
+def test_metrics_choose_columns_and_change_no_condition(sound: Experiment, tmp_path: Path) -> None:
+    fewer = read_experiment(written(tmp_path, f'metrics = ["work", "planned_s"]{SOUND}'))
+    assert [c.id for c in fewer.conditions()] == [c.id for c in sound.conditions()]
+    assert {c.metrics for c in fewer.quick().conditions()} == {("work", "planned_s")}
+
+
 def test_quick_takes_the_ends_and_two_seeds(sound: Experiment) -> None:
     quick = sound.quick().conditions()
     radii = ("sensor.radius_m=100", "sensor.radius_m=300")
@@ -157,6 +163,13 @@ FACTORS = '[factors]\nmethod = ["wait"]\n'
         (
             'scenario = "figure3"\n[factors]\n"uav.speed_mps" = [inf]',
             "inf: is no finite number; give one",
+        ),
+        (f'metrics = ["plannd_s"]\nscenario = "figure3"\n{FACTORS}', "metrics: .*planned_s"),
+        (f'metrics = [[1]]\nscenario = "figure3"\n{FACTORS}', "metrics: .* no figure .*; "),
+        (f'metrics = []\nscenario = "figure3"\n{FACTORS}', "metrics: should be a list .*; write"),
+        (
+            'metrics = ["work"]\nscenario = "figure3"\nstudy = "orders"',
+            "metrics: a study .*; leave",
         ),
         ('scenario = "figure3"\n[factors]\n"search.seed" = [1, 2]', "search.seed: .* replicates"),
     ],

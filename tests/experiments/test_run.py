@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,7 @@ from planner.experiments.pool import Conduct, Done
 from planner.experiments.run import run
 from planner.mission.preparation import Recorder
 from planner.mission.trial import try_method
+from planner.provenance import versions
 from planner.scenario_source import read_source
 from planner.search.methods import method_named
 
@@ -304,6 +306,36 @@ def test_what_may_be_mended_is_tried_again(
     assert kept.figures(conditions[2]) is None
     kept.keep(conditions[2], conduct(conditions[2]))
     assert kept.figures(conditions[2]) is not None
+
+
+def test_the_table_holds_the_metrics_chosen(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    out = shutil.copytree(whole, tmp_path / "out")
+    fewer = [replace(one, metrics=("work", "planned_s")) for one in conditions]
+    results = run(fewer, out, workers=1)
+    assert results.run == 0
+    assert results.rows[0]["roads"] is not None  # what is told at the end is whole
+    names = ["id", "method", "sensor.radius_m", "seed", "planned_s", "work", "reason", "versions"]
+    assert sorted(cells(out)[0]) == sorted(names)
+    assert sorted(rows(out / "results.parquet")) == sorted(names)
+    assert cells(out) == [{name: row[name] for name in cells(out)[0]} for row in cells(whole)]
+
+
+@pytest.mark.parametrize("package", ["planner", "sumo", "numpy"])
+@pytest.mark.parametrize("at", [0, 6], ids=["sound", "failed"])
+def test_what_another_version_made_counts_no_more(
+    conditions: list[Condition],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    package: str,
+    at: int,
+) -> None:
+    Kept(tmp_path).keep(conditions[at], Outcome({"reason": "some"}, {}))
+    assert Kept(tmp_path).figures(conditions[at]) == {"reason": "some"}
+    newer = versions() | {package: "99.0"}
+    monkeypatch.setattr("planner.experiments.kept.versions", lambda: newer)
+    assert Kept(tmp_path).figures(conditions[at]) is None
 
 
 def test_the_command_tells_what_came_of_it(

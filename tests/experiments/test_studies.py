@@ -46,6 +46,7 @@ def test_no_plan_is_better_than_the_bound() -> None:
         condition, overrides=(*condition.overrides, "search.particles=64", "search.work=2000")
     )
     rows = {row["what"]: row for row in optimum_of(small)["rows"]}
+    assert {row["particles"] for row in rows.values()} == {64}
     bound = rows.pop(BOUND)["expected_detection_time_s"]
     assert set(rows) == {"greedy", "lookahead", "best"}
     for row in rows.values():
@@ -63,6 +64,12 @@ def test_precedence_finds_all_and_breadth_first_does_not() -> None:
     for row in rows:
         certain = row["detection_probability"] == pytest.approx(1.0)
         assert certain != row["order"].startswith("breadth-first")
+        if row["order"] == "breadth-first":
+            assert row["never_flown"] == "ED"
+        elif row["order"] == "breadth-first, as printed":
+            assert row["never_flown"] == "DF ED"
+        else:
+            assert row["never_flown"] == ""
         assert row["last_found_s"] <= row["flight_ends_s"]
     printed = {row["order"]: row["extra_movements"] for row in rows}
     assert printed["optimised, as printed"] == 2  # as Section 3 says

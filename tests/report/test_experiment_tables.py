@@ -1,13 +1,21 @@
 """Tables of experiments."""
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy.stats
 
-from planner.report.experiment_tables import failures, results_table, student_interval
+from planner.detection.evaluation import Evaluation
+from planner.experiments.instances import Bound, instances_path, read_instances
+from planner.report.experiment_tables import (
+    failures,
+    instances_table,
+    results_table,
+    student_interval,
+)
 from planner.report.tables import console
 
 
@@ -57,3 +65,11 @@ def test_failures_are_counted_and_left_out() -> None:
     assert failures(rows) == ["2 failed: odd"]
     (cells,) = printed(rows[1:])
     assert " ".join(cells) == "200 greedy - - - - 0"
+
+
+@pytest.mark.parametrize(("plans", "told"), [("roads", "+50.0 %"), ("free", "(+50.0 %)")])
+def test_a_bound_is_told_as_a_share_of_itself(plans: str, told: str) -> None:
+    one = replace(read_instances(instances_path())[0], bound=Bound(1500.0, 1000.0, plans))
+    seen = Evaluation(np.array([1400.0, 1600.0]), np.full(2, 0.5), np.full(2, 900.0), 2000.0)
+    table = instances_table([one], {one.name: seen}, {})
+    assert list(table.columns[2].cells) == [told]
