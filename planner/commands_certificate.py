@@ -40,6 +40,8 @@ def certify(arguments: argparse.Namespace) -> int:
         plan_file = arguments.directory / run_files.PLAN
         files.write_certificate(folder, problem, certificate, plan_file, told)
     shown = [remarks.certificate_line(certificate, problem.by_s)]
+    if certificate.better:
+        shown.append("a better plan was met on the way: `planner plan --gap` takes such plans")
     if limit is not None:
         shown.append(remarks.limit_line(limit, arguments.sets, problem.by_s))
         if opened.scenario.truth == opened.scenario.target:

@@ -4,6 +4,7 @@ import argparse
 import math
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -30,7 +31,7 @@ from planner.mission import certificate_file, certify
 from planner.mission.plan_file import plan_content
 from planner.mission.preparation import Recorder, problem_of
 from planner.mission.to_gap import Sides, planned_to_gap
-from planner.mission.trial import Limits, Trial
+from planner.mission.trial import Limits, Trial, try_order
 from planner.provenance import provenance
 from planner.report import remarks, run_files, tables
 from planner.search.certificate import STEPS, Certificate
@@ -108,7 +109,11 @@ def _found(
 
         if arguments.gap is None:
             return _Found(problem, planned(1, seconds))
-        sides = Sides(planned, bound, asked)
+
+        def fly(order: Sequence[int], trial: Trial) -> Trial:
+            return try_order(problem, order, targets.fresh.futures, trial)
+
+        sides = Sides(planned, bound, fly, asked)
         trial, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )

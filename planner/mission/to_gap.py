@@ -1,7 +1,7 @@
 """A plan within a gap of the best one: planning and bounding by turns, from both sides."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.mission.trial import Trial
@@ -19,6 +19,7 @@ class Sides:
 
     plan: Callable[[int, float], Trial]  # with so many times the scenario's work
     bound: Callable[[Plan, float], Certificate | None]  # None: no bound is known here
+    fly: Callable[[Sequence[int], Trial], Trial]  # other legs than a trial's, in order
     asked: Callable[[], bool] = bool  # whether somebody wants the best of both so far
 
 
@@ -27,7 +28,8 @@ def planned_to_gap(
 ) -> tuple[Trial, Certificate | None]:
     """Return a plan and its certificate, as soon as the gap is small enough.
 
-    There are two turns. The second one plans with more work and goes on from the better plan.
+    There are two turns. The second one plans with more work and goes on from the better plan. What
+    bounding meets that is better than the plan takes its place if the gap asks for it.
 
     Parameters
     ----------
@@ -46,6 +48,7 @@ def planned_to_gap(
 
     trial = sides.plan(1, left_s(PLANNED if again else BOUNDED))
     certificate = sides.bound(trial.plan, left_s(BOUNDED if again else 1.0))
+    trial, certificate = _with_better(trial, certificate, sides, gap)
     if enough(certificate) or not again:
         return trial, certificate
     cut = left_s(BOUNDED) == 0.0
@@ -55,7 +58,19 @@ def planned_to_gap(
         trial, certificate = other, _certificate_of(other, certificate, sides)
     if not enough(certificate) and (better or cut):
         certificate = _tighter(certificate, sides.bound(trial.plan, left_s(1.0)), trial)
-    return trial, certificate
+    return _with_better(trial, certificate, sides, gap)
+
+
+def _with_better(
+    trial: Trial, certificate: Certificate | None, sides: Sides, gap: float
+) -> tuple[Trial, Certificate | None]:
+    """Return what bounding met in the plan's place, if it is better and the gap too wide."""
+    if certificate is None or certificate.gap <= gap or not certificate.better:
+        return trial, certificate
+    other = sides.fly(certificate.better, trial)
+    if not other.planned.is_better(trial.planned):
+        return trial, certificate
+    return other, replace(certificate, value=other.planned.figure, better=())
 
 
 def _certificate_of(

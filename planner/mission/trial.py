@@ -1,14 +1,16 @@
 """A method tried on a scenario: the plan it makes, what it took, and what the plan is worth."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.futures.futures import Futures
 from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
 from planner.search.methods import Method
-from planner.search.plan import Plan
+from planner.search.plan import Plan, plan_of_legs
+from planner.search.problem import Problem
+from planner.search.tail import with_tail
 
 Told = Callable[[float, int], None]
 
@@ -76,13 +78,19 @@ def try_method(
     plan = make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
     took_s = time.perf_counter() - begun_s
     problem = problem_of(opened, futures, method=method)
-    planned, evaluated = (
-        evaluate(plan.tracks, targets, problem.sensor, problem.horizon_s, by_s=problem.by_s)
-        for targets in (futures, fresh)
-    )
-    return Trial(
-        method.name, plan, planned, evaluated, took_s, watch.work, budget.work, watch.stopped
-    )
+    both = _evaluated(problem, plan, futures), _evaluated(problem, plan, fresh)
+    return Trial(method.name, plan, *both, took_s, watch.work, budget.work, watch.stopped)
+
+
+def try_order(problem: Problem, order: Sequence[int], fresh: Futures, found: Trial) -> Trial:
+    """Return a trial whose plan flies other legs in order, and goes on as long as it can."""
+    plan = plan_of_legs(problem, found.method, with_tail(problem, order))
+    planned = _evaluated(problem, plan, problem.futures)
+    return replace(found, plan=plan, planned=planned, evaluated=_evaluated(problem, plan, fresh))
+
+
+def _evaluated(problem: Problem, plan: Plan, targets: Futures) -> Evaluation:
+    return evaluate(plan.tracks, targets, problem.sensor, problem.horizon_s, by_s=problem.by_s)
 
 
 @dataclass

@@ -32,6 +32,7 @@ class Flights:
     def __init__(self, problem: Problem) -> None:
         self.first = first_flights(problem)
         self._problem, self._hops = problem, hops_of(problem)
+        self.legs = self._hops.legs
         self._pieces, self._who = pieces_of(problem.futures)
 
     def flown(self, beginning: Beginning) -> Place:
@@ -82,6 +83,7 @@ class Search:
         self._open: list[tuple[float, int, Beginning, Floats]] = []
         self._number = itertools.count()
         self._closed = np.inf  # no beginning that is not open is worth more
+        self.flown: tuple[float, Beginning] = (value, ())  # the most earned, and by what
         self._priced: dict[Beginning, tuple[float, Floats]] = {}  # bound without them, and prices
 
     @property
@@ -92,6 +94,14 @@ class Search:
             for beginning, (inherited, price) in self._priced.items()
             if inherited > self.bound
         }
+
+    @property
+    def better(self) -> tuple[int, ...]:
+        """Legs of the best beginning met, if it alone earns more than the known plan.
+
+        Where it flies over a node that no leg of its own touches, the legs alone may earn less.
+        """
+        return tuple(hop for hop in self.flown[1][1:] if hop < self._flights.legs)
 
     @property
     def bound(self) -> float:
@@ -187,6 +197,7 @@ class Search:
     ) -> None:
         """Open a beginning, unless its parent's prices show that it is worth no more."""
         (_, at_s, reward), (bound, price, table) = place, parent
+        self.flown = max(self.flown, (float(self._weight @ reward), beginning))
         earned = float(self._weight @ np.where(reward > 0.0, reward, price))
         bound = min(bound, earned + table.onward(state, table.bins.at(at_s)))
         if bound > self._value:

@@ -39,6 +39,7 @@ class Certificate:
     bin_s: float = 0.0  # how finely the bound for roads looks, seconds
     # prices, (N,) in units of reward, for beginnings of flights that have their own
     proof: Mapping[Beginning, Floats] = field(default_factory=dict)
+    better: tuple[int, ...] = ()  # legs met on the way that earn more than the plan, if any
 
     @property
     def gap(self) -> float:
@@ -78,7 +79,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
 
     search = _searched(problem, earned, stop)
     bound = objective.value(min(search.bound, most))
-    return Certificate(value, bound, "roads", fitting_bin_s(problem), search.proof)
+    bin_s = fitting_bin_s(problem)
+    return Certificate(value, bound, "roads", bin_s, search.proof, search.better)
 
 
 def _searched(problem: Problem, earned: Floats, stop: Callable[[float], bool]) -> Search:

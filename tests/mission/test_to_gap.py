@@ -31,6 +31,7 @@ class Hands:
     def __init__(self, trials: Sequence[Trial], bounds: Sequence[float | None]) -> None:
         self.trials, self.bounds, self.more = list(trials), list(bounds), list[int]()
         self.value = np.nan
+        self.better: dict[float, Trial] = {}  # what bounding meets, by the bound
 
     def plan(self, more: int, _: float) -> Trial:
         self.more.append(more)
@@ -41,10 +42,17 @@ class Hands:
     def bound(self, plan: Plan, _: float) -> Certificate | None:
         bound = self.bounds.pop(0)
         kind = "roads" if plan.legs[0] else "free"
-        return bound and Certificate(self.value, bound, kind)
+        met = (3,) if bound in self.better else ()
+        self.met = self.better.get(bound or 0.0)
+        return bound and Certificate(self.value, bound, kind, better=met)
+
+    def fly(self, order: Sequence[int], _: Trial) -> Trial:
+        assert self.met is not None
+        assert list(order) == [3]
+        return self.met
 
     def found(self, gap: float, **more: object) -> tuple[Trial, Certificate | None]:
-        found = planned_to_gap(Sides(self.plan, self.bound), gap, **more)
+        found = planned_to_gap(Sides(self.plan, self.bound, self.fly), gap, **more)
         assert (self.trials, self.bounds) == ([], [])
         return found
 
@@ -55,6 +63,23 @@ def test_a_gap_reached_ends_it() -> None:
     assert certificate is not None
     assert certificate.gap == pytest.approx(40.0 / 460.0)
     assert hands.more == [1]
+
+
+@pytest.mark.parametrize(("met", "kept"), [(440.0, 440.0), (520.0, 500.0)])
+def test_a_better_plan_that_bounding_meets_is_taken(met: float, kept: float) -> None:
+    hands = Hands([trial(500.0), trial(600.0)], [400.0])
+    hands.better = {400.0: trial(met)}
+    found, certificate = planned_to_gap(Sides(hands.plan, hands.bound, hands.fly), 0.1)
+    assert certificate is not None
+    assert (found.planned.figure, certificate.value) == (kept, kept)
+    assert hands.more == [1] if kept == met else [1, 8]
+
+
+def test_a_plan_near_enough_stays() -> None:
+    hands = Hands([trial(500.0)], [460.0])
+    hands.better = {460.0: trial(480.0)}
+    found, _ = hands.found(0.1)
+    assert found.planned.figure == 500.0
 
 
 @pytest.mark.parametrize(("second", "kept"), [(410.0, 410.0), (400.0, 410.0)])
@@ -114,7 +139,7 @@ def test_no_time_still_gives_both() -> None:
 
 def test_whoever_asks_gets_the_best_so_far() -> None:
     hands = Hands([trial(500.0)], [410.0])
-    found = planned_to_gap(Sides(hands.plan, hands.bound, lambda: not hands.bounds), 0.1)
+    found = planned_to_gap(Sides(hands.plan, hands.bound, hands.fly, lambda: not hands.bounds), 0.1)
     assert found[1] is not None
     assert not hands.trials
 

@@ -11,6 +11,7 @@ from planner.detection.track import Sensor, Track
 from planner.network.road_network import RoadNetwork
 from planner.search.bound import fitting_bin_s, table_of
 from planner.search.branches import Search
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem, Uav
 from search_instances import driven, random_network, strayed
 
@@ -119,3 +120,20 @@ def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
         if not search.done:
             search.split(3)
         assert search.bound >= optimum - 1e-9 * problem.objective.most
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_better_plan_is_met(seed: int) -> None:
+    """Once nothing can be tighter, some beginning met earns what the best plan does, or nearly."""
+    problem = small_problem(seed)
+    optimum, earned = enumerated(problem)
+    table = table_of(problem, fitting_bin_s(problem))
+    search = Search(problem, table, 0.9 * optimum, lambda _: False)
+    search.begin(0.9 * earned, 20)
+    while not search.done:
+        search.split(6)
+    assert 0.99 * optimum <= search.flown[0] <= optimum + 1e-9 * problem.objective.most
+    flown = plan_of_legs(problem, "", search.better).tracks[0]
+    seen_at = first_detection(problem.futures, flown, problem.sensor.radius_m)
+    reward = float(problem.futures.weight @ problem.objective.reward(seen_at))
+    assert reward <= optimum + 1e-9 * problem.objective.most
