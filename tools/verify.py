@@ -1,6 +1,7 @@
 """Check a certified plan without the code that made it: verify.py DIR.
 
 Exit code 1: not all claims hold. The bound is that of planner/search/bound.py and branches.py.
+What is believed of the target and the net are given, as is what it prints as assumed.
 """
 
 import argparse
@@ -11,6 +12,10 @@ from typing import Any
 
 import numpy as np
 from pyarrow.parquet import read_table
+
+PLANNED = ("horizon_s", "radius_m", "found_by_s")
+CERTIFIED = ("plan_class", "transit", "speed_mps", "landing_s", "bin_s")
+SCENARIO = {"horizon_s": "search", "radius_m": "sensor", "transit": "sensor", "speed_mps": "uav"}
 
 
 def motions(time: Any, place: Any, begin: float, end: float) -> list[Any]:
@@ -28,7 +33,12 @@ class Run(SimpleNamespace):
         plan, net = (json.loads((folder / name).read_text()) for name in ("plan.json", "net.json"))
         names = ("motion.parquet", "weights.parquet", "prices.parquet")
         motion, weights, prices = (read_table(folder / n).to_pydict().values() for n in names)
-        super().__init__(**{"found_by_s": None, **plan["planned"], **plan["certificate"], **net})
+        self.planned, self.certificate = plan["planned"], plan["certificate"]
+        self.assumed = {key: self.planned.get(key) for key in PLANNED}
+        self.assumed |= {key: self.certificate[key] for key in CERTIFIED}
+        super().__init__(**self.assumed, **{key: net[key] for key in ("node_xy_m", "roads")})
+        run = folder / "run.json"
+        self.scenario = json.loads(run.read_text())["scenario"] if run.exists() else {}
         self.time, x, y = np.array(plan["uavs"][0]["waypoints"]).T
         self.path, self.on = x + 1j * y, plan["uavs"][0]["sensor_on"]  # places: complex numbers
         self.place = np.append(self.node_xy_m @ np.array([1, 1j]), self.path[0])  # nodes, take-off
@@ -149,35 +159,60 @@ class Run(SimpleNamespace):
         table = [np.concatenate(columns) for columns in zip(*sales, *shared, strict=True)]
         return self.proven((), (self.nodes, self.time[0], 0 * self.weight), table, np.inf)
 
+    def follow(self) -> Any:
+        """Return which parts of the path are flown along roads, if it consists of whole hops."""
+        i, watched, nodes = 0, [], self.place[:-1]
+        while i < len(self.path) - 1:
+            after = self.path[i:]  # is it a road, or a straight flight to a node?
+            roads = (road[1:-1] for _, road in self.paths[: self.legs])
+            many = (len(road) for road in roads if np.array_equal(road, after[: len(road)]))
+            if (flown := next(many, 0)) == 0 and after[1] not in nodes:
+                return None
+            watched += range(i, i + flown - 1)
+            i += max(1, flown - 1)
+        return watched
+
     def claims(self) -> Any:
         """Return each claim: its name, what is claimed and found, and by how much it is wrong."""
-        fits = abs(np.diff(self.path)) <= self.speed_mps * np.diff(self.time) + 0.01
-        circle, watched = (0, self.horizon_s, self.path[0], 0j), np.arange(len(fits))
+        lasts = np.diff(self.time)
+        late = abs(np.diff(self.path)) - self.speed_mps * lasts  # metres; on roads never early
+        circle, watched = (0, self.horizon_s, self.path[0], 0j), []
         met = self.sweep([circle], self.time[:1], self.radius_m, self.speed_mps)
-        most, told = self.weight @ self.reward(met[0]), vars(self)
+        most, by_s, many = self.weight @ self.reward(met[0]), self.found_by_s, len(self.weight)
         if self.plan_class == "roads":
             self.list_hops()
-            ways = np.hstack([(path[1:-2], path[2:-1]) for _, path in self.paths[: self.legs]])
-            begins, ends = abs(self.path[:, None, None] - ways).transpose(1, 0, 2) <= 0.01
-            fits &= ends[1:].any(axis=1) & (self.time[1:] < (self.landing_s or np.inf) + 0.01)
-            watched = np.flatnonzero((begins[:-1] & ends[1:]).any(axis=1) | self.transit)
-            most = min(most, self.road_bound())
+            late, watched, most = abs(late), self.follow(), min(most, self.road_bound())
+        fits = watched is not None and (lasts >= 0).all() and np.maximum(late, 0).sum() <= 1e-4
+        fits &= self.time[-1] <= (self.landing_s or np.inf) + 1e-6
+        watched = range(len(lasts)) if self.transit else watched or []
         path = [(self.time[s : s + 2], self.path[s : s + 2]) for s in watched]
         moves = [move for part in path for on in self.on for move in motions(*part, *on)]
         seen = self.sweep(moves, np.zeros(1), self.radius_m)[0]
         time = self.horizon_s - self.weight @ np.maximum(0, self.horizon_s - seen)
-        found, bound = self.weight @ self.reward(seen), told.get("lower_bound_s")
-        gap = 1 - found / self.upper_bound_probability if bound is None else time / bound - 1
-        yield "flight as its class allows", True, bool(fits.all()), 1 - fits.all()
-        for name, figure, scale, error in (
-            ("expected_detection_time_s", time, self.horizon_s, abs),
-            ("found_by_probability", found, 1, abs),
-            ("lower_bound_s", self.horizon_s - most, self.horizon_s, np.positive),
-            ("upper_bound_probability", most, 1, np.negative),
-            ("gap", gap, 1, abs),
-        ):
-            if name in told:
-                yield name, told[name], figure, error((told[name] - figure) / scale)
+        found, told = self.weight @ self.reward(seen), self.certificate
+        gap = found / told["upper_bound_probability"] if by_s else time / told["lower_bound_s"]
+        likely = (self.weight >= 0).all() and self.weight.sum() <= 1 + 1e-9
+        yield "weights are probabilities", True, bool(likely), 1 - likely
+        yield "flight as its class allows", True, bool(fits), 1 - fits
+        for key, part in SCENARIO.items() if self.scenario else ():
+            there = self.scenario[part][key if key != "transit" else "detects_in_transit"]
+            yield f"{key} as in run.json", self.assumed[key], there, self.assumed[key] != there
+        figures = [
+            (self.planned, "expected_detection_time_s", time, self.horizon_s, abs),
+            (self.planned, "detection_probability", self.weight @ (seen <= self.horizon_s), 1, abs),
+            (self.planned, "particles", many, 1, abs),
+            (told, "particles", many, 1, abs),
+            (told, "gap", abs(gap - 1), 1, abs),
+        ]
+        if by_s:
+            figures.append((self.planned, "found_by_probability", found, 1, abs))
+            figures.append((told, "upper_bound_probability", most, 1, np.negative))
+        else:
+            figures.append(
+                (told, "lower_bound_s", self.horizon_s - most, self.horizon_s, np.positive)
+            )
+        for part, name, figure, scale, error in figures:
+            yield name, part[name], figure, error((part[name] - figure) / scale)
 
 
 def main() -> int:
@@ -187,9 +222,12 @@ def main() -> int:
     folder = parser.parse_args().directory
     np.seterr(divide="ignore", invalid="ignore")  # where nobody is met
     try:
-        claims = list(Run(folder).claims())
+        run = Run(folder)
+        claims = list(run.claims())
     except (OSError, LookupError, AttributeError, TypeError, ValueError) as error:
         parser.error(f"{folder}: holds no certified run ({error}); `planner certify` makes one")
+    start = f"take-off {run.time[0]} s at {run.path[0]:.1f}, weights' sum {run.weight.sum():.6g}"
+    print("assumed:", *(f"{key} {value}," for key, value in run.assumed.items()), start)
     for name, claimed, found, wrong in claims:
         print(f"{name}: claimed {claimed}, found {found}: {'holds' if wrong <= 1e-6 else 'WRONG'}")
     return 0 if all(wrong <= 1e-6 for *_, wrong in claims) else 1
