@@ -15,7 +15,6 @@ from pyarrow.parquet import read_table
 
 PLANNED = ("horizon_s", "radius_m", "found_by_s")
 CERTIFIED = ("plan_class", "transit", "speed_mps", "landing_s", "bin_s")
-SCENARIO = {"horizon_s": "search", "radius_m": "sensor", "transit": "sensor", "speed_mps": "uav"}
 
 
 def motions(time: Any, place: Any, begin: float, end: float) -> list[Any]:
@@ -37,8 +36,6 @@ class Run(SimpleNamespace):
         self.assumed = {key: self.planned.get(key) for key in PLANNED}
         self.assumed |= {key: self.certificate[key] for key in CERTIFIED}
         super().__init__(**self.assumed, **{key: net[key] for key in ("node_xy_m", "roads")})
-        run = folder / "run.json"
-        self.scenario = json.loads(run.read_text())["scenario"] if run.exists() else {}
         self.time, x, y = np.array(plan["uavs"][0]["waypoints"]).T
         self.path, self.on = x + 1j * y, plan["uavs"][0]["sensor_on"]  # places: complex numbers
         self.place = np.append(self.node_xy_m @ np.array([1, 1j]), self.path[0])  # nodes, take-off
@@ -194,23 +191,17 @@ class Run(SimpleNamespace):
         likely = (self.weight >= 0).all() and self.weight.sum() <= 1 + 1e-9
         yield "weights are probabilities", True, bool(likely), 1 - likely
         yield "flight as its class allows", True, bool(fits), 1 - fits
-        for key, part in SCENARIO.items() if self.scenario else ():
-            there = self.scenario[part][key if key != "transit" else "detects_in_transit"]
-            yield f"{key} as in run.json", self.assumed[key], there, self.assumed[key] != there
-        figures = [
-            (self.planned, "expected_detection_time_s", time, self.horizon_s, abs),
-            (self.planned, "detection_probability", self.weight @ (seen <= self.horizon_s), 1, abs),
-            (self.planned, "particles", many, 1, abs),
-            (told, "particles", many, 1, abs),
-            (told, "gap", abs(gap - 1), 1, abs),
-        ]
+        planned, detected = self.planned, self.weight @ (seen <= self.horizon_s)
+        figures = [(planned, "expected_detection_time_s", time, self.horizon_s, abs)]
+        figures += [(planned, "detection_probability", detected, 1, abs)]
+        figures += [(part, "particles", many, 1, abs) for part in (planned, told)]
+        figures += [(told, "gap", abs(gap - 1), 1, abs)]
         if by_s:
-            figures.append((self.planned, "found_by_probability", found, 1, abs))
-            figures.append((told, "upper_bound_probability", most, 1, np.negative))
+            figures += [(planned, "found_by_probability", found, 1, abs)]
+            figures += [(told, "upper_bound_probability", most, 1, np.negative)]
         else:
-            figures.append(
-                (told, "lower_bound_s", self.horizon_s - most, self.horizon_s, np.positive)
-            )
+            bound = self.horizon_s - most
+            figures += [(told, "lower_bound_s", bound, self.horizon_s, np.positive)]
         for part, name, figure, scale, error in figures:
             yield name, part[name], figure, error((part[name] - figure) / scale)
 
