@@ -1,70 +1,19 @@
 """Check a certified plan without the code that made it: verify.py DIR.
 
 Exit code 1: not all claims hold. The bound is that of planner/search/bound.py and branches.py.
+What is believed of the target and the net are given, as is what it prints as assumed.
 """
 
 import argparse
-import json
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from pyarrow.parquet import read_table
+from verify_sightings import Sightings, motions
 
 
-def motions(time: Any, place: Any, begin: float, end: float) -> list[Any]:
-    """Return the motions along a path between two times: from, to, place at from, velocity."""
-    velocity = np.diff(place) / np.maximum(np.diff(time), 1e-9)
-    on, off = np.maximum(time[:-1], begin), np.minimum(time[1:], end)
-    moves = zip(on, off, place[:-1] + velocity * (on - time[:-1]), velocity, strict=True)
-    return [move for move in moves if move[0] <= move[1]]
-
-
-class Run(SimpleNamespace):
+class Run(Sightings):
     """A certified plan, its claims, the particles, the net and the prices."""
-
-    def __init__(self, folder: Path) -> None:
-        plan, net = (json.loads((folder / name).read_text()) for name in ("plan.json", "net.json"))
-        names = ("motion.parquet", "weights.parquet", "prices.parquet")
-        motion, weights, prices = (read_table(folder / n).to_pydict().values() for n in names)
-        super().__init__(**{"found_by_s": None, **plan["planned"], **plan["certificate"], **net})
-        self.time, x, y = np.array(plan["uavs"][0]["waypoints"]).T
-        self.path, self.on = x + 1j * y, plan["uavs"][0]["sensor_on"]  # places: complex numbers
-        self.place = np.append(self.node_xy_m @ np.array([1, 1j]), self.path[0])  # nodes, take-off
-        self.who, begin, end, x, y, vx, vy = map(np.array, motion)
-        self.pieces, self.nodes = (begin, end, x + 1j * y, vx + 1j * vy), len(self.node_xy_m)
-        self.weight = np.array(*weights)
-        self.prices = {tuple(hops): np.array(price) for hops, price in zip(*prices, strict=True)}
-
-    def reward(self, at: Any) -> Any:
-        """Return what sightings at some times are worth."""
-        return at <= self.found_by_s if self.found_by_s else np.maximum(0, self.horizon_s - at)
-
-    def sweep(self, moves: Any, starts: Any, radius: float, growth: float = 0.0) -> Any:
-        """Return when motions, begun at each start, have whom in a growing radius, (starts, N)."""
-        seen = np.full((len(starts), len(self.weight)), np.inf)
-        for begin, end, origin, u in moves:
-            a, b, place, v = self.pieces
-            half = (np.minimum(b, starts[-1] + end) - a) / 2
-            middle, far = place + v * half - origin, radius + growth * end + abs(v) * half + 1e-3
-            passed = np.clip((middle * np.conj(u)).real / max(abs(u) ** 2, 1e-9), 0, end - begin)
-            low, high = np.searchsorted(starts, [a - end - 1e-6, a + 2 * half - begin + 1e-6])
-            many = np.where(abs(middle - u * passed) <= far, np.maximum(0, high - low), 0)
-            p = np.repeat(np.arange(len(a)), many)
-            i = np.arange(len(p)) + (low - np.cumsum(many) + many)[p]
-            a, b, place, v = (column[p] for column in self.pieces)
-            on, off = np.maximum(starts[i] + begin, a), np.minimum(starts[i] + end, b)
-            flown, drift = on - starts[i] - begin, v - u
-            offset, reach = place + v * (on - a) - origin - u * flown, radius + growth * flown
-            turned, away = np.conj(offset) * drift, abs(offset) ** 2  # for |offset + drift t|
-            root = (np.conj(drift) * drift).real * reach**2 - turned.imag**2
-            root += growth * (growth * away - 2 * turned.real * reach)
-            after = (away - reach**2) / (growth * reach - turned.real + np.sqrt(root))
-            after = np.where(away <= reach**2, 0, np.where(after >= 0, after, np.inf))
-            met = np.where((on <= off) & (after <= off - on), on + after, np.inf)
-            np.minimum.at(seen, (i, self.who[p]), met)
-        return seen
 
     def direct(self, a: int, b: int) -> bool:
         """Tell whether a straight flight is no leg and no two flights, as over a node."""
@@ -150,35 +99,54 @@ class Run(SimpleNamespace):
         table = [np.concatenate(columns) for columns in zip(*sales, *shared, strict=True)]
         return self.proven((), (self.nodes, self.time[0], 0 * self.weight), table, np.inf)
 
+    def follow(self) -> Any:
+        """Return which parts of the path are flown along roads, if it consists of whole hops."""
+        nodes, i, watched = self.place[:-1], 0, list[int]()
+        while i < len(self.path) - 1:
+            after = self.path[i:]  # is it a road, or a straight flight to a node?
+            roads = (road[1:-1] for _, road in self.paths[: self.legs])
+            many = (len(road) for road in roads if np.array_equal(road, after[: len(road)]))
+            if (flown := next(many, 0)) == 0 and after[1] not in nodes:
+                return None
+            watched += range(i, i + flown - 1)
+            i += max(1, flown - 1)
+        return watched
+
     def claims(self) -> Any:
         """Return each claim: its name, what is claimed and found, and by how much it is wrong."""
-        fits = abs(np.diff(self.path)) <= self.speed_mps * np.diff(self.time) + 0.01
-        circle, watched = (0, self.horizon_s, self.path[0], 0j), np.arange(len(fits))
+        lasts = np.diff(self.time)
+        late = abs(np.diff(self.path)) - self.speed_mps * lasts  # metres; on roads never early
+        circle, watched = (0, self.horizon_s, self.path[0], 0j), []
         met = self.sweep([circle], self.time[:1], self.radius_m, self.speed_mps)
-        most, told = self.weight @ self.reward(met[0]), vars(self)
+        most, by_s, many = self.weight @ self.reward(met[0]), self.found_by_s, len(self.weight)
         if self.plan_class == "roads":
             self.list_hops()
-            ways = np.hstack([(path[1:-2], path[2:-1]) for _, path in self.paths[: self.legs]])
-            begins, ends = abs(self.path[:, None, None] - ways).transpose(1, 0, 2) <= 0.01
-            fits &= ends[1:].any(axis=1) & (self.time[1:] < (self.landing_s or np.inf) + 0.01)
-            watched = np.flatnonzero((begins[:-1] & ends[1:]).any(axis=1) | self.transit)
-            most = min(most, self.road_bound())
-        path = [(self.time[s : s + 2], self.path[s : s + 2]) for s in watched]
+            late, watched, most = abs(late), self.follow(), min(most, self.road_bound())
+        fits = watched is not None and (lasts >= 0).all() and np.maximum(late, 0).sum() <= 1e-4
+        fits &= self.time[-1] <= (self.landing_s or np.inf) + 1e-6
+        parts = range(len(lasts)) if self.transit else watched or []
+        path = [(self.time[s : s + 2], self.path[s : s + 2]) for s in parts]
         moves = [move for part in path for on in self.on for move in motions(*part, *on)]
         seen = self.sweep(moves, np.zeros(1), self.radius_m)[0]
         time = self.horizon_s - self.weight @ np.maximum(0, self.horizon_s - seen)
-        found, bound = self.weight @ self.reward(seen), told.get("lower_bound_s")
-        gap = 1 - found / self.upper_bound_probability if bound is None else time / bound - 1
-        yield "flight as its class allows", True, bool(fits.all()), 1 - fits.all()
-        for name, figure, scale, error in (
-            ("expected_detection_time_s", time, self.horizon_s, abs),
-            ("found_by_probability", found, 1, abs),
-            ("lower_bound_s", self.horizon_s - most, self.horizon_s, np.positive),
-            ("upper_bound_probability", most, 1, np.negative),
-            ("gap", gap, 1, abs),
-        ):
-            if name in told:
-                yield name, told[name], figure, error((told[name] - figure) / scale)
+        found, told = self.weight @ self.reward(seen), self.certificate
+        gap = found / told["upper_bound_probability"] if by_s else time / told["lower_bound_s"]
+        likely = (self.weight >= 0).all() and self.weight.sum() <= 1 + 1e-9
+        yield "weights are probabilities", True, bool(likely), 1 - likely
+        yield "flight as its class allows", True, bool(fits), 1 - fits
+        planned, detected = self.planned, self.weight @ (seen <= self.horizon_s)
+        figures: list[Any] = [(planned, "expected_detection_time_s", time, self.horizon_s, abs)]
+        figures += [(planned, "detection_probability", detected, 1, abs)]
+        figures += [(part, "particles", many, 1, abs) for part in (planned, told)]
+        figures += [(told, "gap", abs(gap - 1), 1, abs)]
+        if by_s:
+            figures += [(planned, "found_by_probability", found, 1, abs)]
+            figures += [(told, "upper_bound_probability", most, 1, np.negative)]
+        else:
+            bound = self.horizon_s - most
+            figures += [(told, "lower_bound_s", bound, self.horizon_s, np.positive)]
+        for part, name, figure, scale, error in figures:
+            yield name, part[name], figure, error((part[name] - figure) / scale)
 
 
 def main() -> int:
@@ -188,9 +156,12 @@ def main() -> int:
     folder = parser.parse_args().directory
     np.seterr(divide="ignore", invalid="ignore")  # where nobody is met
     try:
-        claims = list(Run(folder).claims())
+        run = Run(folder)
+        claims = list(run.claims())
     except (OSError, LookupError, AttributeError, TypeError, ValueError) as error:
         parser.error(f"{folder}: holds no certified run ({error}); `planner certify` makes one")
+    start = f"take-off {run.time[0]} s at {run.path[0]:.1f}, weights' sum {run.weight.sum():.6g}"
+    print("assumed:", *(f"{key} {value}," for key, value in run.assumed.items()), start)
     for name, claimed, found, wrong in claims:
         print(f"{name}: claimed {claimed}, found {found}: {'holds' if wrong <= 1e-6 else 'WRONG'}")
     return 0 if all(wrong <= 1e-6 for *_, wrong in claims) else 1

@@ -197,6 +197,119 @@ def test_a_sensor_that_sees_in_transit_is_refused(tmp_path: Path) -> None:
     assert "expected_detection_time_s" in done.stdout
 
 
+def wrong(folder: Path) -> list[str]:
+    """What verify.py says does not hold."""
+    lines = verify(folder).stdout.splitlines()
+    return [line.split(":")[0] for line in lines if line.endswith("WRONG")]
+
+
+def flown(plan: Plan, places: list[complex], speed_mps: float) -> Plan:
+    """Return the plan with another flight, of which all that is claimed will be true."""
+    x_m, y_m = np.real(places), np.imag(places)
+    lasts_s = np.abs(np.diff(places)) / speed_mps
+    time_s = plan.tracks[0].time_s[0] + np.concatenate(([0.0], np.cumsum(lasts_s)))
+    track = Track(time_s, x_m, y_m, np.array([[time_s[0], time_s[-1]]]))
+    return replace(plan, tracks=(track,))
+
+
+@pytest.mark.parametrize("forged", ["bends", "back", "slow", "wait"])
+def test_flights_that_are_no_whole_hops_are_refused(forged: str, tmp_path: Path) -> None:
+    problem = random_problem(7)
+    problem = problem.replace(sensor=replace(problem.sensor, detects_in_transit=True))
+    plan, uav = rate_plan(problem), problem.uavs[0]
+    start, legs = complex(uav.x_m, uav.y_m), problem.legs
+    curved = np.flatnonzero(np.diff(legs.first_point) > 2)[:3]
+    ways = [slice(legs.first_point[leg], legs.first_point[leg + 1]) for leg in curved]
+    roads = [list(legs.x_m[way] + 1j * legs.y_m[way]) for way in ways]
+    whole = flown(plan, [start, *roads[0], *roads[2]], uav.speed_mps)
+    write_certified(tmp_path, problem, whole, steps=1)
+    assert wrong(tmp_path) == []
+    if forged == "bends":
+        other = flown(plan, [start, roads[0][1], roads[2][1]], uav.speed_mps)
+    elif forged == "back":
+        other = flown(plan, [start, *roads[0][:2], roads[0][0]], uav.speed_mps)
+    else:
+        track = whole.tracks[0]
+        time_s = np.array(track.time_s)
+        time_s[2:] += 20.0
+        places = (track.x_m, track.y_m)
+        if forged == "wait":
+            time_s = np.insert(time_s, 2, time_s[1] + 20.0)
+            places = (np.insert(track.x_m, 2, track.x_m[1]), np.insert(track.y_m, 2, track.y_m[1]))
+        on = np.array([[time_s[0], time_s[-1]]])
+        other = replace(plan, tracks=(Track(time_s, *places, on),))
+    write_certified(tmp_path, problem, other, steps=1)
+    assert wrong(tmp_path) == ["flight as its class allows"]
+
+
+@pytest.mark.parametrize("forged", ["a centimetre", "time runs back"])
+def test_nobody_is_a_little_faster(forged: str, tmp_path: Path) -> None:
+    """Each of many waypoints comes a bit too soon; or a place is left before it is reached."""
+    problem = small_problem()
+    plan, speed_mps = plan_of_wait(problem, "wait", 30_000.0, -30_000.0), problem.uavs[0].speed_mps
+    track = plan.tracks[0]
+    time_s = np.linspace(track.time_s[0], track.time_s[1], 400)
+    track = Track(time_s, *track.xy(time_s).T, np.array([[time_s[0], time_s[-1]]]))
+    write_certified(tmp_path, problem, replace(plan, tracks=(track,)))
+    assert wrong(tmp_path) == []
+    if forged == "a centimetre":
+        early_s = time_s - np.arange(400) * 0.009 / speed_mps
+        track = replace(track, time_s=early_s)
+        write_certified(tmp_path, problem, replace(plan, tracks=(track,)))
+    else:
+        content = json.loads((tmp_path / "plan.json").read_text())
+        ways = content["uavs"][0]["waypoints"]
+        ways.append([ways[-1][0] - 1e-6, *ways[-1][1:]])
+        (tmp_path / "plan.json").write_text(json.dumps(content))
+    assert wrong(tmp_path) == ["flight as its class allows"]
+
+
+@pytest.mark.parametrize("forged", ["negative", "above one", "not a number"])
+def test_weights_that_are_no_probabilities_are_refused(forged: str, tmp_path: Path) -> None:
+    problem = small_problem()
+    weight = np.array(problem.futures.weight)
+    if forged == "negative":
+        weight[0] *= -0.5
+    plan = rate_plan(problem)
+    forged_problem = problem.replace(futures=replace(problem.futures, weight=weight))
+    write_certified(tmp_path, forged_problem, plan, steps=5)
+    if forged != "negative":
+        factor = 1.2 if forged == "above one" else np.nan
+        change_parquet(tmp_path / WEIGHTS, "weight", lambda values: values * factor)
+    assert "weights are probabilities" in wrong(tmp_path)
+
+
+@pytest.mark.parametrize("part", ["planned", "certificate"])
+def test_every_claim_is_checked(part: str, tmp_path: Path) -> None:
+    """Also with the true figures in the net's file, which used to have the last word."""
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    true = json.loads((tmp_path / "plan.json").read_text())
+    net = json.loads((tmp_path / NET).read_text())
+    (tmp_path / NET).write_text(json.dumps({**true["planned"], **true["certificate"], **net}))
+    names = {
+        "planned": ("expected_detection_time_s", "detection_probability", "particles"),
+        "certificate": ("lower_bound_s", "gap", "particles"),
+    }
+    for name in names[part]:
+        content = json.loads(json.dumps(true))
+        content[part][name] += 1
+        (tmp_path / "plan.json").write_text(json.dumps(content))
+        assert name in wrong(tmp_path)
+        del content[part][name]
+        (tmp_path / "plan.json").write_text(json.dumps(content))
+        assert verify(tmp_path).returncode == 2
+
+
+def test_what_is_assumed_is_said(tmp_path: Path) -> None:
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=1)
+    uav, first = problem.uavs[0], verify(tmp_path).stdout.splitlines()[0]
+    assert first.startswith("assumed: ")
+    for said in (f"speed_mps {uav.speed_mps},", "horizon_s 3000.0,", "landing_s None,", "take-off"):
+        assert said in first
+
+
 @pytest.mark.parametrize("damage", ["cut off", "no table", "short prices", "no net", "a list"])
 def test_bad_files_get_one_line(damage: str, tmp_path: Path) -> None:
     problem = small_problem()
