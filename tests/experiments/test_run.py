@@ -257,7 +257,7 @@ def stopped(experiment: Experiment, out: Path, number: signal.Signals) -> tuple[
         text=True,
         start_new_session=True,
     )
-    until_s = time.monotonic() + 60
+    until_s = time.monotonic() + 300
     while len(kept_in(out)) == before and time.monotonic() < until_s:
         time.sleep(0.002)
     if number == signal.SIGINT:
