@@ -75,6 +75,7 @@ class _Once(logging.Filter):
         self._said: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
+        """Tell whether a record is to be written."""
         text = record.getMessage()
         again = record.levelno >= logging.WARNING and text in self._said
         self._said.add(text)
@@ -100,6 +101,7 @@ class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, as all else here does."""
 
     def error(self, message: str) -> NoReturn:
+        """End the program with what is wrong and where help is."""
         command = self.prog.removeprefix("planner").strip()
         told = f"{command}: {message}" if command else message
         self.exit(BAD_INPUT, f"planner: {told}; {self.prog} --help tells more\n")

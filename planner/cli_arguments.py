@@ -82,6 +82,14 @@ def moment(text: str) -> float:
         raise argparse.ArgumentTypeError(str(error)) from error
 
 
+def span(text: str) -> float:
+    """Return how long something may take, in seconds, given so or as H:M:S."""
+    lasts_s = moment(text)
+    if not lasts_s >= 0.0:
+        raise argparse.ArgumentTypeError(f"should be seconds from 0 on, not {text!r}")
+    return lasts_s
+
+
 def share(text: str) -> float:
     """Return a number from 0 on."""
     try:

@@ -16,6 +16,7 @@ from planner.cli_arguments import (
     path,
     seed,
     share,
+    span,
 )
 from planner.cli_examples import OF_COMMAND, told
 from planner.search.methods import METHODS
@@ -74,6 +75,7 @@ def _add_build(commands: Any) -> None:
         metavar="FILE",
         help="write the .net.xml here as well",
     )
+    parser.add_argument("--force", action="store_true", help="overwrite FILE")
 
 
 def _add_futures(commands: Any) -> None:
@@ -158,7 +160,7 @@ def _add_plan(commands: Any) -> None:
     )
     parser.add_argument(
         "--time-limit",
-        type=moment,
+        type=span,
         metavar="S",
         help="stop the search after so many seconds, with the best plan (and bound) so far, as "
         "Ctrl-C does",
@@ -215,7 +217,7 @@ def _add_certify(commands: Any) -> None:
     )
     parser.add_argument(
         "--time-limit",
-        type=moment,
+        type=span,
         metavar="S",
         help="stop after so many seconds for each set",
     )
@@ -256,7 +258,7 @@ def _add_compare(commands: Any) -> None:
         help="also bound how much better any plan can be, for a column of gaps; takes a minute",
     )
     parser.add_argument(
-        "--time-limit", type=moment, metavar="S", help="stop bounding after so many seconds"
+        "--time-limit", type=span, metavar="S", help="stop bounding after so many seconds"
     )
     parser.add_argument("-o", "--output", type=path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")

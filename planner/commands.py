@@ -17,7 +17,7 @@ from planner.report import run_files, tables
 def build(arguments: argparse.Namespace) -> int:
     """Build the network and tell what it is."""
     with ExitStack() as stack:
-        path = output_file(stack, arguments, force=True)
+        path = output_file(stack, arguments, force=arguments.force)
         network = opened_of(arguments).network
         if path is not None:
             shutil.copyfile(network.path, path)

@@ -68,7 +68,7 @@ def results_written_whole(
         earlier = {name for name in names if (folder / name).exists()}
         if earlier and not force:
             raise OutputError(
-                f"{folder}: holds {min(earlier)} of another run; choose another folder, "
+                f"{folder}: holds {min(earlier)} already; choose another folder, "
                 "or --force to overwrite it"
             )
         with _made(folder), tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:

@@ -162,7 +162,7 @@ def test_a_run_is_not_overwritten(
         )  # no work comes before the refusal
         refused = run("plan", "figure3", *options)
     assert refused.code == 2
-    assert "another run" in refused.err
+    assert "already" in refused.err
     assert "--force" in refused.err
     assert {name: (grid_copy / name).read_bytes() for name in before} == before
     assert run("plan", "figure3", *options, "--force").code == 0
@@ -328,6 +328,10 @@ def test_where(run: Commands, tmp_path: Path) -> None:
 def test_build_writes_the_net(run: Commands, tmp_path: Path) -> None:
     net = tmp_path / "own" / "figure1.net.xml"
     assert run("build", "figure1", "-o", net).code == 0
+    before = net.stat().st_mtime_ns
+    assert "--force" in run("build", "figure3", "-o", net).err
+    assert net.stat().st_mtime_ns == before
+    assert run("build", "figure1", "-o", net, "--force").code == 0
     assert len(planner.read_net(net).road_ids) == 10
     told = run("plan", "figure1", "-n", net, *LIGHT, "--method", "wait", "--targets", "5", "--json")
     assert told.code == 0

@@ -47,6 +47,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
         groups.setdefault(tuple(_text(row[key]) for key in (*factors, "method")), []).append(row)
     for cells, group in list(groups.items())[:MOST_LINES]:
         table.add_row(*cells, *_figures([row for row in group if row["reason"] is None]))
+    table.caption = _left_out(len(groups))
     return table
 
 
@@ -59,7 +60,13 @@ def study_table(rows: Sequence[Row], title: str) -> "Table":
         table.add_column(name, justify="right" if right else "left")
     for row in rows[:MOST_LINES]:
         table.add_row(*(_cell(row.get(name)) for name in names))
+    table.caption = _left_out(len(rows))
     return table
+
+
+def _left_out(lines: int) -> str | None:
+    more = lines - MOST_LINES
+    return f"{more:,} more lines are left out here; results.csv has all" if more > 0 else None
 
 
 def _cell(value: Any) -> str:

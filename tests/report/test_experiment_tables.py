@@ -73,3 +73,9 @@ def test_a_bound_is_told_as_a_share_of_itself(plans: str, told: str) -> None:
     seen = Evaluation(np.array([1400.0, 1600.0]), np.full(2, 0.5), np.full(2, 900.0), 2000.0)
     table = instances_table([one], {one.name: seen}, {})
     assert list(table.columns[2].cells) == [told]
+
+
+def test_lines_left_out_are_told() -> None:
+    few, many = ([row(1, 100.0, radius=float(r)) for r in range(n)] for n in (60, 63))
+    assert results_table(few, ["radius"], "title").caption is None
+    assert "3 more lines" in str(results_table(many, ["radius"], "title").caption)
