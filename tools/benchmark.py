@@ -169,7 +169,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 }
 
 
-PROGRAMS = ("search",)  # further ones, each a file beside this one: --search --help
+PROGRAMS = ("search", "certificate")  # further ones, each a file beside this one: --search --help
 
 
 def _planning(method: str, scenario: str, *overrides: str) -> tuple[Problem, Callable[[], Plan]]:
@@ -285,11 +285,6 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         help="measure this section alone; may be given several times",
     )
     parser.add_argument(
-        "--certificate",
-        action="store_true",
-        help="how near plans are to their bound; all else goes to benchmark_certificate.py",
-    )
-    parser.add_argument(
         "--repeats", type=int, default=5, metavar="N", help="repetitions of each (default 5)"
     )
     parser.add_argument(
@@ -304,14 +299,9 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure and tell."""
     argv = sys.argv[1:] if argv is None else argv
-    if "--certificate" in argv:
-        command = [sys.executable, str(Path(__file__).with_name("benchmark_certificate.py"))]
-        rest = [word for word in argv if word != "--certificate"]
-        sys.exit(subprocess.run([*command, *rest], check=False).returncode)
     for name in PROGRAMS:
         if argv[:1] == [f"--{name}"]:
-            import_module(f"benchmark_{name}").main(argv[1:])
-            return
+            sys.exit(import_module(f"benchmark_{name}").main(argv[1:]))
     wanted = arguments(argv)
     host, figures = machine(), []
     try:

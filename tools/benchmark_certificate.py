@@ -9,6 +9,7 @@ python tools/benchmark_certificate.py [--u0-km 120] [--seconds 60]
 import argparse
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,12 +105,14 @@ def verdict(points: list[Point], aim: float) -> tuple[bool, str]:
     return reached and halved, words
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Print value, bound and gap beside the aim for each distance; 1 if an aim is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--u0-km", type=int, action="append", choices=list(AIMS))
-    parser.add_argument("--seconds", type=float, default=MINUTE_S)
-    wanted = parser.parse_args()
+    parser.add_argument(
+        "--u0-km", type=int, action="append", choices=list(AIMS), help="distance; default: all"
+    )
+    parser.add_argument("--seconds", type=float, default=MINUTE_S, help="for each (default 60)")
+    wanted = parser.parse_args(argv)
     curve(700, 1.0)  # compiles
     missed = 0
     print(f"{'u0 km':>6} {'value s':>9} {'bound s':>9} {'gap':>8} {'aim':>8}")
