@@ -1,48 +1,86 @@
 """Check a certified plan without the code that made it: verify.py DIR.
 
-Exit code 1: not all claims hold. The bound is that of planner/search/bound.py and branches.py.
-What is believed of the target and the net are given, as is what it prints as assumed.
+The bound is that of planner/search/bound.py; belief, net and what it prints as assumed are given.
 """
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from verify_sightings import Sightings, motions
+from pyarrow.parquet import read_table
 
 
-class Run(Sightings):
+class Run(argparse.Namespace):
     """A certified plan, its claims, the particles, the net and the prices."""
 
-    def direct(self, a: int, b: int) -> bool:
-        """Tell whether a straight flight is no leg and no two flights, as over a node."""
-        way, away = self.place[b] - self.place[a], self.place[:-1] - self.place[a]
-        ratio, low = away / way, 1e-6 if a < self.nodes else -1e-9  # at take-off, a node there
-        over = (ratio.real > low) & (ratio.real < 1 - 1e-6) & (abs(ratio.imag) < 1e-9)
-        return (a, b) not in self.straight and (way != 0 or a == self.nodes) and not over.any()
+    def __init__(self, folder: Path) -> None:
+        plan, net = (json.loads((folder / name).read_text()) for name in ("plan.json", "net.json"))
+        names = ("motion.parquet", "weights.parquet", "prices.parquet")
+        motion, weights, prices = (read_table(folder / n).to_pydict().values() for n in names)
+        planned, told, uav = plan["planned"], plan["certificate"], plan["uavs"][0]
+        given = {"found_by_s": None} | planned | told
+        super().__init__(**given, given=given, planned=planned, told=told, roads=net["roads"])
+        self.time, x, y = np.array(uav["waypoints"]).T
+        self.path, self.on = x + 1j * y, uav["sensor_on"]  # places are complex numbers
+        self.place = np.append(net["node_xy_m"] @ np.array([1, 1j]), self.path[0])  # and take-off
+        self.who, begin, end, x, y, vx, vy = map(np.array, motion)
+        self.pieces, self.weight = (begin, end, x + 1j * y, vx + 1j * vy), np.array(*weights)
+        self.prices = {tuple(hops): np.array(price) for hops, price in zip(*prices, strict=True)}
+
+    def reward(self, at: Any) -> Any:
+        """Return what sightings at some times are worth."""
+        return at <= self.found_by_s if self.found_by_s else np.maximum(0, self.horizon_s - at)
+
+    def sweep(self, path: Any, on: Any, starts: Any, radius: float, growth: float = 0.0) -> Any:
+        """Return when a flight, begun at each start, has whom in a growing radius, (starts, N)."""
+        seen, (time, _) = np.full((len(starts), len(self.weight)), np.inf), path
+        time = np.r_[on[0], time[(time > on[0]) & (time < on[1])], on[1]]
+        way = np.interp(time, *path)  # it rests before and after
+        speeds = np.diff(way) / np.maximum(np.diff(time), 1e-9)
+        for begin, end, origin, u in zip(time[:-1], time[1:], way[:-1], speeds, strict=True):
+            a, b, place, v = self.pieces
+            half = (np.minimum(b, starts[-1] + end) - a) / 2
+            middle, far = place + v * half - origin, radius + growth * end + abs(v) * half + 1e-3
+            passed = np.clip((middle * np.conj(u)).real / max(abs(u) ** 2, 1e-9), 0, end - begin)
+            low, high = np.searchsorted(starts, [a - end - 1e-6, a + 2 * half - begin + 1e-6])
+            many = np.where(abs(middle - u * passed) <= far, np.maximum(0, high - low), 0)
+            p = np.repeat(np.arange(len(a)), many)
+            i = np.arange(len(p)) + (low - np.cumsum(many) + many)[p]
+            a, b, place, v = (column[p] for column in self.pieces)
+            start, stop = np.maximum(starts[i] + begin, a), np.minimum(starts[i] + end, b)
+            flown, w = start - starts[i] - begin, v - u
+            offset, reach = place + v * (start - a) - origin - u * flown, radius + growth * flown
+            out = abs(offset) ** 2 - reach**2  # until |offset + w t| = reach + growth t
+            b, c = (np.conj(offset) * w).real - growth * reach, (abs(w) ** 2 - growth**2) * out
+            after = np.where(out <= 0, 0, out / (np.sqrt(b**2 - c) - b))
+            met = np.where((after >= 0) & (after <= stop - start), start + after, np.inf)
+            np.minimum.at(seen, (i, self.who[p]), met)
+        return seen
 
     def list_hops(self) -> None:
         """List what plans consist of: legs, straight flights, and those from take-off."""
-        xy, many, rest, axes, self.paths = self.place, self.nodes, self.bin_s, np.array([1, 1j]), []
+        xy, many, axes = self.place, len(self.place) - 1, np.array([1, 1j])
         hops = [(a, b, np.r_[xy[a], (way @ axes)[1:-1], xy[b]]) for a, b, way in self.roads]
-        self.legs, self.straight = len(hops), {(a, b) for a, b, path in hops if len(path) == 2}
-        hops += [(a, b, xy[[a, b]]) for a, b in np.ndindex(many + 1, many) if self.direct(a, b)]
-        for *_, path in hops:  # with rests at both ends
-            after = np.cumsum([-rest, rest, *abs(np.diff(path)) / self.speed_mps, rest])
-            self.paths.append((after, np.pad(path, 1, "edge")))
+        self.legs, straight = len(hops), {(a, b) for a, b, way in hops if len(way) == 2}
+        for a, b in np.ndindex(many + 1, many):  # over a node, or at one, it is two
+            ratio, low = (xy[:-1] - xy[a]) / (xy[b] - xy[a]), 1e-6 if a < many else -1e-9
+            over = (ratio.real > low) & (ratio.real < 1 - 1e-6) & (abs(ratio.imag) < 1e-9)
+            if (a, b) not in straight and (xy[a] != xy[b] or a == many) and not over.any():
+                hops.append((a, b, xy[[a, b]]))
         self.start, self.end = np.array([ends for *ends, _ in hops]).T
-        self.state = np.r_[self.nodes + 1 + np.arange(self.legs), self.end[self.legs :]]  # after
-        self.hops = sum(self.start < self.nodes)  # the others are from take-off
-        self.lasts = lasts = np.array([time[-2] for time, _ in self.paths])
-        self.lasting = np.array([lasts / rest + 1e-9, np.ceil(lasts / rest - 1e-9)]).astype(int)
+        self.state = np.r_[many + 1 + np.arange(self.legs), self.end[self.legs :]]  # after each
+        self.hops = sum(self.start < many)  # the others are from take-off
+        self.paths = [(np.r_[0, np.cumsum(abs(np.diff(w))) / self.speed_mps], w) for *_, w in hops]
+        self.lasts = np.array([time[-1] for time, _ in self.paths])
+        self.lasting = (self.lasts / self.bin_s + [[1e-9], [1 - 1e-9]]).astype(int)  # down, up
 
     def seen_on(self, h: int, starts: Any, rest: float = 0.0) -> Any:
         """Return when a hop may see whom, or, with less than no rest, surely sees."""
-        moves = motions(*self.paths[h], -rest, self.lasts[h] + rest)
-        moves = moves if h < self.legs or self.transit else []
+        on = (-rest, self.lasts[h] + rest) if h < self.legs or self.transit else (0, -1)
         radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # touching is both
-        return self.sweep(moves, starts, radius)
+        return self.sweep(self.paths[h], on, starts, radius)
 
     def worths(self, sales: Any, price: Any, since: int) -> Any:
         """Return the most that flights from each bin and state on earn above prices."""
@@ -63,8 +101,7 @@ class Run(Sightings):
             return inherited
         (node, time, got), price, most = at, self.prices[flight], self.weight @ at[2]
         since = max(0, round((time - self.starts[0]) / self.bin_s))
-        left = (sales[1] >= since) & (got[sales[2]] == 0)
-        sales = [column[left] for column in sales]
+        sales = [column[(sales[1] >= since) & (got[sales[2]] == 0)] for column in sales]
         worth = self.worths(sales, price, since)
         for h in np.flatnonzero(self.start == node).tolist():
             now = np.maximum(got, self.reward(self.seen_on(h, np.array([time]))[0]))
@@ -84,69 +121,60 @@ class Run(Sightings):
         ends = min(self.found_by_s or self.horizon_s - least.min(), self.landing_s or np.inf)
         self.starts = starts = np.arange(first, max(first, ends) + self.bin_s, self.bin_s)
         sure = [np.isfinite(self.seen_on(h, starts, -slack)) for h in range(self.legs)]
-        self.steps, sales, shared = [(self.start[h], h, -1) for h in range(self.hops)], [], []
+        self.steps, sales = [(self.start[h], h, -1) for h in range(self.hops)], []
         for h in range(self.hops):
-            earned = self.reward(self.seen_on(h, starts, slack))
-            i, k = np.nonzero(earned > least)
-            sales.append((0 * i + h, i, k, earned[i, k]))
+            worth = self.reward(self.seen_on(h, starts, slack))
+            i, k = np.nonzero(worth > least)
+            sales.append([0 * i + h, i, k, worth[i, k]])  # row, bin, particle, reward
             for g in np.flatnonzero(self.end[: self.legs] == self.start[h]):
                 if h < self.legs:  # straight flights forget
                     late, early = i - self.lasting[:, g, None]
                     known = (early >= 0) & sure[g][late, k] & sure[g][early, k]
-                    share = 0 * i + len(self.steps)
-                    shared.append([part[known] for part in (share, *sales[-1][1:])])
+                    sales.append([c[known] for c in (0 * i + len(self.steps), i, k, worth[i, k])])
                 self.steps.append((self.state[g], h, len(self.steps)))
-        table = [np.concatenate(columns) for columns in zip(*sales, *shared, strict=True)]
-        return self.proven((), (self.nodes, self.time[0], 0 * self.weight), table, np.inf)
+        table = [np.concatenate(columns) for columns in zip(*sales, strict=True)]
+        return self.proven((), (len(self.place) - 1, self.time[0], 0 * self.weight), table, np.inf)
 
     def follow(self) -> Any:
         """Return which parts of the path are flown along roads, if it consists of whole hops."""
-        nodes, i, watched = self.place[:-1], 0, list[int]()
-        while i < len(self.path) - 1:
-            after = self.path[i:]  # is it a road, or a straight flight to a node?
-            roads = (road[1:-1] for _, road in self.paths[: self.legs])
-            many = (len(road) for road in roads if np.array_equal(road, after[: len(road)]))
-            if (flown := next(many, 0)) == 0 and after[1] not in nodes:
+        i, watched, roads = 0, list[int](), [way for _, way in self.paths[: self.legs]]
+        while i < len(self.path) - 1:  # is it a road, or a straight flight to a node?
+            flown = (len(w) for w in roads if np.array_equal(w, self.path[i : i + len(w)]))
+            if (many := next(flown, 0)) == 0 and self.path[i + 1] not in self.place[:-1]:
                 return None
-            watched += range(i, i + flown - 1)
-            i += max(1, flown - 1)
+            watched += range(i, i + many - 1)
+            i += max(1, many - 1)
         return watched
 
     def claims(self) -> Any:
         """Return each claim: its name, what is claimed and found, and by how much it is wrong."""
-        lasts = np.diff(self.time)
-        late = abs(np.diff(self.path)) - self.speed_mps * lasts  # metres; on roads never early
-        circle, watched = (0, self.horizon_s, self.path[0], 0j), []
-        met = self.sweep([circle], self.time[:1], self.radius_m, self.speed_mps)
-        most, by_s, many = self.weight @ self.reward(met[0]), self.found_by_s, len(self.weight)
+        path, here = (self.time, self.path), (self.time[:1], self.path[:1])
+        late = abs(np.diff(self.path)) - self.speed_mps * np.diff(self.time)  # roads: never early
+        met = self.sweep(here, (0, self.horizon_s), here[0], self.radius_m, self.speed_mps)[0]
+        most, watched = self.weight @ self.reward(met), []
         if self.plan_class == "roads":
             self.list_hops()
             late, watched, most = abs(late), self.follow(), min(most, self.road_bound())
-        fits = watched is not None and (lasts >= 0).all() and np.maximum(late, 0).sum() <= 1e-4
+        fits = watched is not None and np.maximum(late, 0).sum() <= 1e-4
         fits &= self.time[-1] <= (self.landing_s or np.inf) + 1e-6
-        parts = range(len(lasts)) if self.transit else watched or []
-        path = [(self.time[s : s + 2], self.path[s : s + 2]) for s in parts]
-        moves = [move for part in path for on in self.on for move in motions(*part, *on)]
-        seen = self.sweep(moves, np.zeros(1), self.radius_m)[0]
+        parts = [self.time[s : s + 2] for s in watched or []] if not self.transit else [self.time]
+        on = [(max(a, t[0]), min(b, t[-1])) for a, b in self.on for t in parts] or [(0, -1)]
+        seen = np.min([self.sweep(path, w, np.zeros(1), self.radius_m)[0] for w in on], axis=0)
         time = self.horizon_s - self.weight @ np.maximum(0, self.horizon_s - seen)
-        found, told = self.weight @ self.reward(seen), self.certificate
-        gap = found / told["upper_bound_probability"] if by_s else time / told["lower_bound_s"]
+        found, told, planned = self.weight @ self.reward(seen), self.told, self.planned
+        name = "upper_bound_probability" if self.found_by_s else "lower_bound_s"
+        gap = abs((found if self.found_by_s else time) / (claimed := told[name]) - 1)
         likely = (self.weight >= 0).all() and self.weight.sum() <= 1 + 1e-9
-        yield "weights are probabilities", True, bool(likely), 1 - likely
+        yield "weights are probabilities", "sum 1", self.weight.sum(), 1 - likely
         yield "flight as its class allows", True, bool(fits), 1 - fits
-        planned, detected = self.planned, self.weight @ (seen <= self.horizon_s)
-        figures: list[Any] = [(planned, "expected_detection_time_s", time, self.horizon_s, abs)]
-        figures += [(planned, "detection_probability", detected, 1, abs)]
-        figures += [(part, "particles", many, 1, abs) for part in (planned, told)]
-        figures += [(told, "gap", abs(gap - 1), 1, abs)]
-        if by_s:
-            figures += [(planned, "found_by_probability", found, 1, abs)]
-            figures += [(told, "upper_bound_probability", most, 1, np.negative)]
-        else:
-            bound = self.horizon_s - most
-            figures += [(told, "lower_bound_s", bound, self.horizon_s, np.positive)]
-        for part, name, figure, scale, error in figures:
-            yield name, part[name], figure, error((part[name] - figure) / scale)
+        figures = [(planned, "expected_detection_time_s", time), (told, "gap", gap)]
+        figures += [(planned, "detection_probability", self.weight @ (seen <= self.horizon_s))]
+        figures += [(of, "particles", len(self.weight)) for of in (planned, told)]
+        figures += [(planned, "found_by_probability", found)] if self.found_by_s else []
+        for of, key, figure in figures:
+            yield key, of[key], figure, abs(of[key] - figure) / max(1, figure)
+        sign, bound = (-1, most) if self.found_by_s else (1, self.horizon_s - most)
+        yield name, claimed, bound, sign * (claimed - bound) / max(1, bound)
 
 
 def main() -> int:
@@ -156,12 +184,12 @@ def main() -> int:
     folder = parser.parse_args().directory
     np.seterr(divide="ignore", invalid="ignore")  # where nobody is met
     try:
-        run = Run(folder)
-        claims = list(run.claims())
+        claims = list((run := Run(folder)).claims())
     except (OSError, LookupError, AttributeError, TypeError, ValueError) as error:
         parser.error(f"{folder}: holds no certified run ({error}); `planner certify` makes one")
-    start = f"take-off {run.time[0]} s at {run.path[0]:.1f}, weights' sum {run.weight.sum():.6g}"
-    print("assumed:", *(f"{key} {value}," for key, value in run.assumed.items()), start)
+    checked = {name for name, *_ in claims}
+    given = (f"{key} {value}," for key, value in run.given.items() if key not in checked)
+    print("assumed:", *given, f"take-off {run.time[0]} s at {run.path[0]:.1f}")
     for name, claimed, found, wrong in claims:
         print(f"{name}: claimed {claimed}, found {found}: {'holds' if wrong <= 1e-6 else 'WRONG'}")
     return 0 if all(wrong <= 1e-6 for *_, wrong in claims) else 1
