@@ -16,7 +16,7 @@ from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.pool import conducted
-from planner.experiments.run import Backend, Results, run
+from planner.experiments.run import Backend, Results, run_all
 from planner.files import write_json
 from planner.futures.workers import cores
 from planner.report import experiment_tables
@@ -51,7 +51,7 @@ def experiment(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         return _listed(arguments, {Path(): conditions})
     out = _output(arguments)
-    results = _run(arguments, chosen, conditions, out)
+    results = _run(arguments, {out: chosen}, chosen.path.stem)[out]
     failed = experiment_tables.failures(results.rows)
     told = {
         "results": str(out),
@@ -75,10 +75,8 @@ def _paper(arguments: argparse.Namespace) -> int:
         stems = {Path(one.path.stem): conditions[name] for name, one in chosen.items()}
         return _listed(arguments, stems)
     out = _output(arguments)
-    found = {}
-    for name, one in chosen.items():
-        stem = one.path.stem
-        found[stem] = _run(arguments, one, conditions[name], out / stem)
+    parts = {out / one.path.stem: one for one in chosen.values()}
+    found = {part.name: results for part, results in _run(arguments, parts, PAPER).items()}
     claims = claims_of(found)
     page = write_report(out, found, claims, quick=arguments.quick)
     failed = [line for one in found.values() for line in experiment_tables.failures(one.rows)]
@@ -106,11 +104,14 @@ def _output(arguments: argparse.Namespace) -> Path:
 
 
 def _run(
-    arguments: argparse.Namespace, chosen: Experiment, conditions: Sequence[Condition], out: Path
-) -> Results:
-    _claim(out, chosen)
-    with progress(chosen.path.stem) as told, undone_if_stopped(_tell_how_to_go_on):
-        return run(conditions, out, workers=arguments.jobs, told=told, backend=_backend(arguments))
+    arguments: argparse.Namespace, chosen: Mapping[Path, Experiment], title: str
+) -> dict[Path, Results]:
+    for out, one in chosen.items():
+        _claim(out, one)
+    conditions = {out: one.conditions() for out, one in chosen.items()}
+    workers, backend = arguments.jobs, _backend(arguments)
+    with progress(title) as told, undone_if_stopped(_tell_how_to_go_on):
+        return run_all(conditions, workers=workers, told=told, backend=backend)
 
 
 def _tell_how_to_go_on() -> None:

@@ -17,7 +17,7 @@ from planner.wording import shown, suggestion
 METHOD, SEED, BLOCK = "method", "seed", "block"
 PARTICLES = "search.particles"
 QUICK_TARGETS, QUICK_POINTS, QUICK_SEEDS = 1000, 2, 2
-QUICK_PARTICLES = 256
+QUICK_PARTICLES = 128
 QUICK = (f"{PARTICLES}={QUICK_PARTICLES}", "search.work=2000")
 
 

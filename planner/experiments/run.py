@@ -1,16 +1,17 @@
-"""An experiment run: what is not finished yet, in processes, then the table of all."""
+"""Experiments run: what is not finished yet, in processes, then the table of all."""
 
 import contextlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from planner.belief.opening import Opened
 from planner.errors import InputError, PlannerError
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import conduct, opened_of
+from planner.experiments.conduct import Outcome, conduct, opened_of
 from planner.experiments.kept import Kept
 from planner.experiments.met import targets_of
 from planner.experiments.pool import Conduct, Done, conducted
@@ -34,23 +35,29 @@ class Results:
     figures: Mapping[str, Any]  # all that came of each condition, by its id
 
 
-def run(
-    conditions: Sequence[Condition],
-    out: Path,
+def run(conditions: Sequence[Condition], out: Path, **how: Any) -> Results:
+    """Run what is not finished of one experiment: `run_all` with nothing beside it."""
+    return run_all({out: conditions}, **how)[out]
+
+
+def run_all(
+    experiments: Mapping[Path, Sequence[Condition]],
     *,
     workers: int | None = None,
     told: Told | None = None,
     conduct: Conduct = conduct,
     backend: Backend = conducted,
-) -> Results:
-    """Run what is not finished of an experiment and write the table of all of it.
+) -> dict[Path, Results]:
+    """Run what is not finished of experiments and write the table of each as it is done.
 
-    The table is the same, byte for byte, whatever the workers, the order and the interruptions.
+    The tables are the same, byte for byte, whatever the workers, the order and the interruptions.
+    Experiments take turns, so that processes which begin together begin with different work, and
+    share what is to be compiled; conditions that are equal are run once for all.
 
     Parameters
     ----------
-    out
-        The folder of the results, and of what is kept of each condition as it is done.
+    experiments
+        Conditions by the folder of the results, and of what is kept of each as it is done.
     workers
         Processes; one per core if not given.
     told
@@ -65,24 +72,52 @@ def run(
     InputError
         If there is no condition.
     OutputError
-        If the folder cannot be written; what is kept already is not lost.
+        If a folder cannot be written; what is kept already is not lost.
     """
-    if not conditions:
+    if not all(experiments.values()):
         raise InputError("no condition is left; choose levels that exist together")
-    workers, kept = workers or cores(), Kept(out)
-    kept.clean()
-    figures = {condition.id: kept.figures(condition) for condition in conditions}
-    waiting = [condition for condition in conditions if figures[condition.id] is None]
-    _record_shared(waiting, workers, told)
-    for done, (condition, outcome) in enumerate(backend(conduct, waiting, workers), 1):
-        kept.keep(condition, outcome)
-        figures[condition.id] = outcome.figures
+    workers = workers or cores()
+    begun = {out: _Begun(Kept(out), conditions) for out, conditions in experiments.items()}
+    waiting: dict[str, Condition] = {}
+    for turn in zip_longest(*(one.waiting.items() for one in begun.values())):
+        waiting |= [item for item in turn if item]
+    _record_shared([*waiting.values()], workers, told)
+    results = {out: one.written() for out, one in begun.items() if not one.waiting}
+    for done, (condition, outcome) in enumerate(backend(conduct, [*waiting.values()], workers), 1):
+        for out, one in begun.items():
+            if one.takes(condition, outcome) and not one.waiting:
+                results[out] = one.written()
         if told:
             told(done, len(waiting), "")
-    rows = [row for c in conditions for row in rows_of(c, figures[c.id] or {})]
-    write_results(out, rows, conditions[0].metrics)
-    write_timings(out, [c.id for c in conditions], [kept.timing(c) for c in conditions])
-    return Results(tuple(rows), len(waiting), figures)
+    return {out: results[out] for out in experiments}
+
+
+class _Begun:
+    """An experiment some of whose conditions may wait to be run."""
+
+    def __init__(self, kept: Kept, conditions: Sequence[Condition]) -> None:
+        kept.clean()
+        self.kept, self.conditions = kept, conditions
+        self.figures = {one.id: kept.figures(one) for one in conditions}
+        self.waiting = {one.id: one for one in conditions if self.figures[one.id] is None}
+        self.run = len(self.waiting)
+
+    def takes(self, condition: Condition, outcome: Outcome) -> bool:
+        """Keep what came of a condition, if it waited for it."""
+        mine = self.waiting.pop(condition.id, None)
+        if mine is None:
+            return False
+        self.kept.keep(mine, outcome)
+        self.figures[mine.id] = outcome.figures
+        return True
+
+    def written(self) -> Results:
+        """Write the table of all conditions."""
+        rows = [row for one in self.conditions for row in rows_of(one, self.figures[one.id] or {})]
+        write_results(self.kept.folder, rows, self.conditions[0].metrics)
+        times = [self.kept.timing(one) for one in self.conditions]
+        write_timings(self.kept.folder, [one.id for one in self.conditions], times)
+        return Results(tuple(rows), self.run, self.figures)
 
 
 def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None) -> None:

@@ -81,7 +81,7 @@ def test_metrics_choose_columns_and_change_no_condition(sound: Experiment, tmp_p
 def test_quick_takes_the_ends_and_two_seeds(sound: Experiment) -> None:
     quick = sound.quick().conditions()
     radii = ("sensor.radius_m=100", "sensor.radius_m=300")
-    small = ("search.particles=256", "search.work=2000")
+    small = ("search.particles=128", "search.work=2000")
     assert {c.overrides for c in quick} == {(*small, r) for r in radii}
     assert {c.seed for c in quick} == {1, 2}
     assert {c.targets for c in quick} == {1000}

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.kept import Kept
 from planner.experiments.pool import Conduct, Done
-from planner.experiments.run import run
+from planner.experiments.run import run, run_all
 from planner.mission.preparation import Recorder
 from planner.mission.trial import try_method
 from planner.provenance import versions
@@ -62,14 +62,9 @@ def whole(conditions: list[Condition], tmp_path_factory: pytest.TempPathFactory)
     return out
 
 
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Conditions are run in this process, where processes are not what is tested."""
-
-    def conducted(conduct: Conduct, conditions: list[Condition], _: int) -> Iterator[Done]:
-        return ((condition, conduct(condition)) for condition in conditions)
-
-    monkeypatch.setattr("planner.experiments.run.conducted", conducted)
+def here(conduct: Conduct, conditions: Sequence[Condition], _: int) -> Iterator[Done]:
+    """Run conditions in this process, where processes are not what is tested."""
+    return ((condition, conduct(condition)) for condition in conditions)
 
 
 def same(out: Path, whole: Path) -> bool:
@@ -158,32 +153,33 @@ def test_a_failing_condition_is_recorded(whole: Path) -> None:
 
 
 def test_resuming_runs_nothing_twice(
-    conditions: list[Condition], whole: Path, tmp_path: Path, here: None
+    conditions: list[Condition], whole: Path, tmp_path: Path
 ) -> None:
     out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path)
+    alone = functools.partial(run, out=out, conduct=told, backend=here)
     some = conditions[::3]
-    run(some, out, workers=1, conduct=told)
+    alone(some)
     assert len(cells(out)) == len(some)
     (out / "conditions" / f".half{conditions[0].id}.json").write_text("{")
     damaged = out / "conditions" / f"{some[0].id}.json"
     damaged.write_bytes(damaged.read_bytes()[:-9])
-    assert run(conditions, out, workers=1, conduct=told).run == len(conditions) - len(some) + 1
+    assert alone(conditions).run == len(conditions) - len(some) + 1
     assert same(out, whole)
-    assert run(conditions, out, workers=1, conduct=told).run == 0
+    assert alone(conditions).run == 0
     assert same(out, whole)
     ran = (tmp_path / "noted").read_text().split()
     assert ran == [c.id for c in some] + [c.id for c in conditions if c not in some[1:]]
     assert not list((out / "conditions").glob(".*"))
 
 
-def test_another_scenario_is_run_anew(tmp_path: Path, here: None) -> None:
+def test_another_scenario_is_run_anew(tmp_path: Path) -> None:
     fixed = read_experiment_beside(tmp_path, horizon_s=3600).conditions()[:2]
-    assert run(fixed, tmp_path / "out", workers=1).run == 2
-    assert run(fixed, tmp_path / "out", workers=1).run == 0
+    assert run(fixed, tmp_path / "out", backend=here).run == 2
+    assert run(fixed, tmp_path / "out", backend=here).run == 0
     before = cells(tmp_path / "out")
     other = read_experiment_beside(tmp_path, horizon_s=400).conditions()[:2]
     assert [c.id for c in other] == [c.id for c in fixed]
-    assert run(other, tmp_path / "out", workers=1).run == 2
+    assert run(other, tmp_path / "out", backend=here).run == 2
     assert cells(tmp_path / "out") != before
 
 
@@ -354,6 +350,27 @@ def test_the_command_tells_what_came_of_it(
     refused = command("experiment", other, "-o", out)
     assert (refused.code, refused.err.count("\n")) == (2, 1)
     assert "holds another experiment; choose another folder" in refused.err
+
+
+def test_experiments_take_turns_and_share_what_is_equal(
+    conditions: list[Condition], whole: Path, tmp_path: Path
+) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    taken: list[str] = []
+
+    def noting(conduct: Conduct, waiting: Sequence[Condition], workers: int) -> Iterator[Done]:
+        taken.extend(condition.id for condition in waiting)
+        return here(conduct, waiting, workers)
+
+    shared, others = conditions[:2], [replace(one, seed=7) for one in conditions[:6:2]]
+    found = run_all({first: conditions, second: [*shared, *others]}, backend=noting)
+    assert [found[out].run for out in (first, second)] == [len(conditions), 5]
+    begin = [conditions[0], conditions[1], conditions[2], others[0], conditions[3], others[1]]
+    assert taken[:6] == [condition.id for condition in begin]
+    assert len(taken) == len(conditions) + 3
+    assert same(first, whole)
+    assert [row["id"] for row in cells(second)] == [one.id for one in (*shared, *others)]
+    assert run_all({first: conditions}, backend=noting)[first].rows == found[first].rows
 
 
 def test_nothing_to_run_and_nowhere_to_write(conditions: list[Condition], tmp_path: Path) -> None:
