@@ -19,14 +19,17 @@ from planner.search.problem import Problem
 from planner.stopping import first_asks
 
 UNCOUNTED = 10**9  # price steps, where the time is the limit
+FEWEST_SETS = 10  # whose bounds are averaged
 
 
 def certify(arguments: argparse.Namespace) -> int:
     """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
     arguments.output = arguments.directory
     opened, stored = run_files.open_run(arguments.directory)
-    if arguments.sets is not None and arguments.sets < 2:
-        raise InputError(f"--sets {arguments.sets}: tells nothing of chance; give 10 or more")
+    if arguments.sets is not None and arguments.sets < FEWEST_SETS:
+        raise InputError(
+            f"--sets {arguments.sets}: tells too little of chance; give {FEWEST_SETS} or more"
+        )
     with ExitStack() as stack:
         folder = output(stack, arguments, files.PROOF)
         assert folder is not None

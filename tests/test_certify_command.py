@@ -30,7 +30,7 @@ def verify(folder: Path) -> subprocess.CompletedProcess[str]:
 
 def test_certify(run: Commands, tmp_path: Path) -> None:
     plan(run, tmp_path / "run")
-    told = run("certify", tmp_path / "run", "--work", "30", "--sets", "3", "--json").json
+    told = run("certify", tmp_path / "run", "--work", "30", "--sets", "10", "--json").json
     stored = json.loads((tmp_path / "run" / "plan.json").read_text())
     assert stored["certificate"] == told
     value = stored["planned"]["expected_detection_time_s"]
@@ -41,7 +41,7 @@ def test_certify(run: Commands, tmp_path: Path) -> None:
     again = run("certify", tmp_path / "run")
     assert again.code == 2
     assert "--force" in again.err
-    again = ("--work", "5", "--sets", "2", "--force")
+    again = ("--work", "5", "--sets", "10", "--force")
     said = run("certify", tmp_path / "run", *again).out
     assert "no road plan is below" in said
     assert "this plan truly takes" in said
@@ -59,7 +59,7 @@ def test_bad_requests(run: Commands, tmp_path: Path) -> None:
     assert run("certify", tmp_path).code == 2
     assert run("certify", tmp_path, "--gap", "-1").code == 2
     plan(run, tmp_path / "run")
-    refused = run("certify", tmp_path / "run", "--sets", "1")
+    refused = run("certify", tmp_path / "run", "--sets", "9")
     assert refused.code == 2
     assert "10 or more" in refused.err
     assert not (tmp_path / "run" / "prices.parquet").exists()

@@ -67,34 +67,43 @@ class Experiment:
         InputError
             If there is no such factor or level.
         """
-        kept, faults = [], []
-        for part in self.parts:
-            try:
-                kept.append(part._only(choices))
-            except InputError as error:
-                faults.append(error)
-        if not kept:
-            raise faults[0]
-        return _together(kept)
-
-    def _only(self, choices: Sequence[str]) -> "Experiment":
-        named = {BLOCK: (self.block,)} if self.block else {}
-        factors: dict[str, tuple[Any, ...]] = {**self.factors, SEED: self.seeds, **named}
-        kept: dict[str, list[Any]] = {}
+        wanted: dict[str, list[Any]] = {}
         for choice in choices:
             key, _, text = (part.strip() for part in choice.partition("="))
-            if key not in factors:
-                raise InputError(f"--only {choice}: no factor {key!r}; {suggestion(key, factors)}")
-            found = [level for level in factors[key] if _is(level, text)]
+            offered = self._offered(key)
+            if not offered:
+                known = dict.fromkeys(name for part in self.parts for name in part._levels())
+                raise InputError(f"--only {choice}: no factor {key!r}; {suggestion(key, known)}")
+            found = [level for level in offered if _is(level, text)]
             if not found:
-                levels = ", ".join(map(shown, factors[key][:8]))
-                raise InputError(f"--only {choice}: is not among the levels; choose of {levels}")
-            kept.setdefault(key, []).extend(found)
-        for key, among in kept.items():
-            factors[key] = tuple(level for level in factors[key] if level in among)
-        seeds = factors.pop(SEED)
-        factors.pop(BLOCK, None)
-        return replace(self, factors=factors, seeds=seeds)
+                remedy = suggestion(text, map(shown, offered))
+                raise InputError(f"--only {choice}: is not among the levels; {remedy}")
+            wanted.setdefault(key, []).extend(found)
+        kept = [part for part in (one._only(wanted) for one in self.parts) if part is not None]
+        if not kept:
+            raise InputError(f"--only {choices[-1]}: no block has it with the others; choose fewer")
+        return _together(kept)
+
+    def _levels(self) -> dict[str, tuple[Any, ...]]:
+        """Return what --only can choose of a block."""
+        named = {BLOCK: (self.block,)} if self.block else {}
+        return {**self.factors, SEED: self.seeds, **named}
+
+    def _offered(self, key: str) -> list[Any]:
+        """Return the levels that a factor has in any block; they need not be hashable."""
+        levels = [level for part in self.parts for level in part._levels().get(key, ())]
+        return [level for i, level in enumerate(levels) if level not in levels[:i]]
+
+    def _only(self, wanted: Mapping[str, Sequence[Any]]) -> "Experiment | None":
+        """Return a block with these levels alone; none if it lacks them."""
+        levels = self._levels()
+        for key, among in wanted.items():
+            levels[key] = tuple(level for level in levels.get(key, ()) if level in among)
+            if not levels[key]:
+                return None
+        seeds = levels.pop(SEED)
+        levels.pop(BLOCK, None)
+        return replace(self, factors=levels, seeds=seeds)
 
     def conditions(self) -> list[Condition]:
         """Return all combinations of the levels, seeds varying fastest, block after block.

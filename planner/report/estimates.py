@@ -1,5 +1,6 @@
 """Means over seeds, paired differences and their 95 % intervals, from rows of experiments."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -75,7 +76,7 @@ def estimate(
     if not values:
         return None
     found = Estimate.of(list(values.values()))
-    return found.within(0.0, 1.0) if figure.endswith("probability") else found
+    return found.within(0.0, 1.0 if figure.endswith("probability") else math.inf)
 
 
 def difference(

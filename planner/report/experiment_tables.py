@@ -1,6 +1,7 @@
 """Tables of experiments for a terminal."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ roads may be a little better.
 
 """
 MOST_LINES = 60  # that a terminal shows
+COLUMNS, OTHERS = 3, "other levels"  # more factors than so many share a column of this name
 CONFIDENCE = 0.975  # the upper end of a 95 % interval
 
 
@@ -38,15 +40,17 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
     is one seed, that of its targets.
     """
     table = _table(title)
-    for name in (*factors, "method"):
-        table.add_column(name, justify="left" if name == "method" else "right")
+    header, levels = _levels(rows, factors)
+    for name in (*header, "method"):
+        left = name in ("method", OTHERS)
+        table.add_column(name, justify="left" if left else "right", overflow="fold")
     for name in ("expected detection", "95 % interval", "found", "before goal", "seeds"):
         table.add_column(name, justify="right")
     groups: dict[tuple[str, ...], list[Row]] = {}
-    for row in rows:
-        groups.setdefault(tuple(_text(row[key]) for key in (*factors, "method")), []).append(row)
-    for cells, group in list(groups.items())[:MOST_LINES]:
-        table.add_row(*cells, *_figures([row for row in group if row["reason"] is None]))
+    for row, cells in zip(rows, levels, strict=True):
+        groups.setdefault((*cells, row["method"]), []).append(row)
+    for key, group in list(groups.items())[:MOST_LINES]:
+        table.add_row(*key, *_figures([row for row in group if row["reason"] is None]))
     table.caption = _left_out(len(groups))
     return table
 
@@ -137,14 +141,37 @@ def failures(rows: Sequence[Row]) -> list[str]:
 def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
     """Return the conditions of an experiment, and which of them are finished."""
     table = _table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
-    factors = list(conditions[0].levels)
-    for name in ("id", *factors, "method", "seed", "finished"):
-        table.add_column(name, justify="right" if name in (*factors, "seed") else "left")
-    for condition, done in zip(conditions, finished, strict=True):
-        levels = [_text(condition.levels[key]) for key in factors]
+    header, levels = _levels([one.levels for one in conditions], list(conditions[0].levels))
+    table.add_column("id", no_wrap=True)
+    for name in (*header, "method", "seed", "finished"):
+        left = name in ("method", OTHERS)
+        table.add_column(name, justify="left" if left else "right", overflow="fold")
+    for condition, cells, done in zip(conditions, levels, finished, strict=True):
         mark = "yes" if done else "-"
-        table.add_row(condition.id, *levels, condition.method, str(condition.seed), mark)
+        table.add_row(condition.id, *cells, condition.method, str(condition.seed), mark)
     return table
+
+
+def _levels(
+    rows: Sequence[Mapping[str, Any]], factors: Sequence[str]
+) -> tuple[list[str], list[list[str]]]:
+    """Return column names for factors, and the cells of each row.
+
+    Where there are many, those that mostly have one level share a column, which tells others.
+    """
+    usual: dict[str, str] = {}
+    for key in factors if len(factors) > COLUMNS else ():
+        (level, count), *_ = Counter(_text(row[key]) for row in rows).most_common(1)
+        if 2 * count > len(rows):
+            usual[key] = level
+    alone = [key for key in factors if key not in usual]
+    cells = [[_text(row[key]) for key in alone] for row in rows]
+    if not usual:
+        return alone, cells
+    for row, line in zip(rows, cells, strict=True):
+        others = (f"{key}={_text(row[key])}" for key in usual if _text(row[key]) != usual[key])
+        line.append("\n".join(others))
+    return [*alone, OTHERS], cells
 
 
 def _figures(group: Sequence[Row]) -> list[str]:
@@ -154,6 +181,7 @@ def _figures(group: Sequence[Row]) -> list[str]:
     low_s, high_s = group[0]["ci95_low_s"], group[0]["ci95_high_s"]
     if len(group) > 1:
         low_s, high_s = student_interval(expected_s)
+        low_s = max(0.0, low_s)
     shares = ("detection_probability", "found_before_goal_probability")
     return [
         f"{_mean(expected_s):,.0f} s",

@@ -79,3 +79,19 @@ def test_lines_left_out_are_told() -> None:
     few, many = ([row(1, 100.0, radius=float(r)) for r in range(n)] for n in (60, 63))
     assert results_table(few, ["radius"], "title").caption is None
     assert "3 more lines" in str(results_table(many, ["radius"], "title").caption)
+
+
+def test_where_factors_are_many_seldom_levels_share_a_column() -> None:
+    odd = {"b": 5, "d": "odd"}
+    rows = [
+        row(1, 100.0, **({"a": n, "b": 0, "c": 0, "d": "as usual"} | (odd if n == 2 else {})))
+        for n in range(3)
+    ]
+    table = results_table(rows, ["a", "b", "c", "d"], "title")
+    assert [column.header for column in table.columns][:3] == ["a", "other levels", "method"]
+    assert list(table.columns[1].cells) == ["", "", "b=5\nd=odd"]
+
+
+def test_an_interval_of_times_begins_at_zero() -> None:
+    (cells,) = printed([row(1, 10.0), row(2, 900.0)])
+    assert cells[4] == "0"
