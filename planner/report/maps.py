@@ -25,6 +25,7 @@ WAY_COLOUR = "#555555"
 FLIGHT_MAP = "viridis"
 CELLS = 64  # across a map, when targets close to each other are drawn as one disc
 NUMBER_PLACES = (0.5, 0.32, 0.68, 0.2, 0.8)  # along a road, tried in this order
+IN_LINE = 3  # numbers that share a label
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Float
         axes.text(
             x,
             y,
-            ", ".join(map(str, label.numbers)),
+            label.text,
             size=size,
             weight="bold",
             ha="center",
@@ -182,18 +183,33 @@ def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Float
 @dataclass(frozen=True, eq=False)
 class _Label:
     xy_m: Floats  # (2,)
+    road_xy_m: Floats  # (2,) the middle of its road
     colour: Floats  # (4,)
-    numbers: list[int]
+    numbers: tuple[int, ...]
+
+    @property
+    def text(self) -> str:
+        lines = (self.numbers[i : i + IN_LINE] for i in range(0, len(self.numbers), IN_LINE))
+        return "\n".join(", ".join(map(str, line)) for line in lines)
 
 
 def _put_number(labels: list[_Label], piece: Piece, colour: Floats, *, apart_m: float) -> None:
+    """Add a label where there is room, else one for all numbers of the nearest one's road."""
     places = [along(piece.xy_m, share)[0] for share in NUMBER_PLACES]
-    for place in places:
+    full = any(len(label.numbers) > 1 for label in _on_road(labels, places[0]))
+    for place in () if full else places:
         if all(np.linalg.norm(place - label.xy_m) >= apart_m for label in labels):
-            labels.append(_Label(place, colour, [piece.order]))
+            labels.append(_Label(place, places[0], colour, (piece.order,)))
             return
     nearest = min(labels, key=lambda label: float(np.linalg.norm(places[0] - label.xy_m)))
-    nearest.numbers.append(piece.order)
+    there = _on_road(labels, nearest.road_xy_m)
+    numbers = sorted([piece.order, *(number for label in there for number in label.numbers)])
+    labels[:] = [label for label in labels if label not in there]
+    labels.append(_Label(nearest.road_xy_m, nearest.road_xy_m, nearest.colour, tuple(numbers)))
+
+
+def _on_road(labels: Sequence[_Label], road_xy_m: Floats) -> list[_Label]:
+    return [one for one in labels if np.linalg.norm(one.road_xy_m - road_xy_m) < 1.0]
 
 
 def _arrow(axes: "Axes", view: View, piece: Piece, colour: Floats | str) -> None:
