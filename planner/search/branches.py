@@ -22,6 +22,7 @@ from planner.search.sightings import pieces_of
 Place = tuple[int, float, Floats]  # node, time, reward of what is seen until there
 Beginning = tuple[int, ...]  # number of the first flight, then hops; () is before take-off
 SMALL = 500_000  # sightings
+TIE = 1e-12  # of a reward: no more than what sums in another order differ by
 CHUNK = 25  # steps, after which sightings that earn too little are left out anew
 NARROW, NEAR = 0.4, 0.6  # of the way from a price to the greatest reward: prices fall no further
 
@@ -83,7 +84,8 @@ class Search:
         self._open: list[tuple[float, int, Beginning, Floats]] = []
         self._number = itertools.count()
         self._closed = np.inf  # no beginning that is not open is worth more
-        self.flown: tuple[float, Beginning] = (value, ())  # the most earned, and by what
+        # The most earned, and by what; a tie is not more.
+        self.flown: tuple[float, Beginning] = (value * (1 + TIE), ())
         self._priced: dict[Beginning, tuple[float, Floats]] = {}  # bound without them, and prices
 
     @property
