@@ -13,7 +13,7 @@ from planner.search.certificate import Effort, certified, gap_of
 from planner.search.methods import method_named
 
 METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
-STEP_WORK = 100  # units of search.work for one step of the search for better prices
+STEP_WORK = 250  # units of search.work for one step of the search for better prices
 BOUND = "no plan over roads is better than"
 
 

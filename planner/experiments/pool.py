@@ -9,6 +9,7 @@ import logging
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool  # loky's are of this kind
@@ -97,6 +98,8 @@ def _pool(workers: int) -> Iterator[Executor]:
     from joblib.externals.loky import ProcessPoolExecutor
 
     _start_tracker()
+    # Processes that have grown are replaced, which is no fault.
+    warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
     held, alive = Pipe(duplex=False)
     with held, alive, ProcessPoolExecutor(workers, initializer=_begin, initargs=(held,)) as pool:
         yield pool

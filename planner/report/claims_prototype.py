@@ -82,7 +82,7 @@ TOLD = (
     Told("greedy, own: found before the goal", OWN, {500: 0.72, 700: 0.29}, BEFORE_GOAL),
 )
 
-ANOTHER_TOUR = "another tour of the same length"
+ANOTHER_TOUR = "not traced; perhaps another of the tours that are equally short"
 FROM_THE_ORIGIN = (  # of Figure 8: targets that start at the origin
     ("exhaustive", {**EXHAUSTIVE, "targets": ALL, U0: 30e3}, 597.0, ANOTHER_TOUR),
     ("greedy at 300 s", {**GREEDY, "targets": ALL, U0: 30e3}, 1533.0, ""),

@@ -76,7 +76,9 @@ def estimate(
     if not values:
         return None
     found = Estimate.of(list(values.values()))
-    return found.within(0.0, 1.0 if figure.endswith("probability") else math.inf)
+    if figure.endswith("probability"):
+        return found.within(0.0, 1.0)
+    return found.within(0.0, math.inf) if figure == EXPECTED else found
 
 
 def difference(

@@ -53,6 +53,12 @@ def test_intervals_end_where_values_do() -> None:
         pytest.approx(0.95 - 0.05 * 12.7062047),
         1.0,
     )
+    values = [{"seed": 1, E: 0.0, "bias": -9.0}, {"seed": 2, E: 9.0, "bias": 1.0}]
+    time_s, bias_s = estimate(values, {}), estimate(values, {}, "bias")
+    assert time_s is not None
+    assert bias_s is not None
+    assert time_s.low == 0.0
+    assert bias_s.low < bias_s.mean == -4.0
     assert Estimate(5.0, -3.0, 12.0, 2).within(0.0, 10.0) == Estimate(5.0, 0.0, 10.0, 2)
 
 
