@@ -64,5 +64,5 @@ def test_groups_of_ten_seeds() -> None:
 
 def test_targets_from_the_origin_are_those_of_figure_8() -> None:
     claim = claim_of(*seeds(OWN, 6956.0), figure8=figure8(exhaustive_until(120)))
-    assert "| exhaustive, 20 m/s, 60 km | **500 s** / 1,023 s | another tour" in claim.table
+    assert "| exhaustive, 20 m/s, 60 km | **500 s** / 1,023 s | not traced" in claim.table
     assert "| paths on which exhaustive is better, 60 km | 1 / 71 of 1 |" in claim.table
