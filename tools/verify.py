@@ -19,8 +19,9 @@ class Run(argparse.Namespace):
         plan, net = (json.loads((folder / name).read_text()) for name in ("plan.json", "net.json"))
         names = ("motion.parquet", "weights.parquet", "prices.parquet")
         motion, weights, prices = (read_table(folder / n).to_pydict().values() for n in names)
-        planned, told, uav = plan["planned"], plan["certificate"], plan["uavs"][0]
-        given = {"found_by_s": None} | planned | told
+        planned, told, (uav,) = plan["planned"], plan["certificate"], plan["uavs"]
+        keys = ("horizon_s", "radius_m", "plan_class", "transit", "speed_mps", "landing_s", "bin_s")
+        given = {k: (planned | told)[k] for k in keys} | {"found_by_s": planned.get("found_by_s")}
         super().__init__(**given, given=given, planned=planned, told=told, roads=net["roads"])
         self.time, x, y = np.array(uav["waypoints"]).T
         self.path, self.on = x + 1j * y, uav["sensor_on"]  # places are complex numbers
@@ -29,8 +30,7 @@ class Run(argparse.Namespace):
         self.pieces, self.weight = (begin, end, x + 1j * y, vx + 1j * vy), np.array(*weights)
         self.prices = {tuple(hops): np.array(price) for hops, price in zip(*prices, strict=True)}
 
-    def reward(self, at: Any) -> Any:
-        """Return what sightings at some times are worth."""
+    def _reward(self, at: Any) -> Any:
         return at <= self.found_by_s if self.found_by_s else np.maximum(0, self.horizon_s - at)
 
     def sweep(self, path: Any, on: Any, starts: Any, radius: float, growth: float = 0.0) -> Any:
@@ -79,7 +79,7 @@ class Run(argparse.Namespace):
     def seen_on(self, h: int, starts: Any, rest: float = 0.0) -> Any:
         """Return when a hop may see whom, or, with less than no rest, surely sees."""
         on = (-rest, self.lasts[h] + rest) if h < self.legs or self.transit else (0, -1)
-        radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # touching is both
+        radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # ties are no lies
         return self.sweep(self.paths[h], on, starts, radius)
 
     def worths(self, sales: Any, price: Any, since: int) -> Any:
@@ -104,7 +104,7 @@ class Run(argparse.Namespace):
         sales = [column[(sales[1] >= since) & (got[sales[2]] == 0)] for column in sales]
         worth = self.worths(sales, price, since)
         for h in np.flatnonzero(self.start == node).tolist():
-            now = np.maximum(got, self.reward(self.seen_on(h, np.array([time]))[0]))
+            now = np.maximum(got, self._reward(self.seen_on(h, np.array([time]))[0]))
             there = (self.end[h], time + self.lasts[h], now)
             i = min(round((there[1] - self.starts[0]) / self.bin_s), len(worth) - 1)
             bound = self.weight @ np.where(now > 0, now, price) + worth[i, self.state[h]]
@@ -123,14 +123,13 @@ class Run(argparse.Namespace):
         sure = [np.isfinite(self.seen_on(h, starts, -slack)) for h in range(self.legs)]
         self.steps, sales = [(self.start[h], h, -1) for h in range(self.hops)], []
         for h in range(self.hops):
-            worth = self.reward(self.seen_on(h, starts, slack))
+            worth = self._reward(self.seen_on(h, starts, slack))
             i, k = np.nonzero(worth > least)
             sales.append([0 * i + h, i, k, worth[i, k]])  # row, bin, particle, reward
             for g in np.flatnonzero(self.end[: self.legs] == self.start[h]):
-                if h < self.legs:  # straight flights forget
-                    late, early = i - self.lasting[:, g, None]
-                    known = (early >= 0) & sure[g][late, k] & sure[g][early, k]
-                    sales.append([c[known] for c in (0 * i + len(self.steps), i, k, worth[i, k])])
+                late, early = np.maximum(-1, i - self.lasting[:, g, None])  # flights forget:
+                known = (h < self.legs) & (early >= 0) & sure[g][late, k] & sure[g][early, k]
+                sales.append([c[known] for c in (0 * i + len(self.steps), i, k, worth[i, k])])
                 self.steps.append((self.state[g], h, len(self.steps)))
         table = [np.concatenate(columns) for columns in zip(*sales, strict=True)]
         return self.proven((), (len(self.place) - 1, self.time[0], 0 * self.weight), table, np.inf)
@@ -148,10 +147,11 @@ class Run(argparse.Namespace):
 
     def claims(self) -> Any:
         """Return each claim: its name, what is claimed and found, and by how much it is wrong."""
-        path, here = (self.time, self.path), (self.time[:1], self.path[:1])
+        path, here = (self.time, self.path), (np.zeros(1), self.path[:1])
         late = abs(np.diff(self.path)) - self.speed_mps * np.diff(self.time)  # roads: never early
-        met = self.sweep(here, (0, self.horizon_s), here[0], self.radius_m, self.speed_mps)[0]
-        most, watched = self.weight @ self.reward(met), []
+        ever = (0, max(self.horizon_s, self.found_by_s or 0))
+        met = self.sweep(here, ever, self.time[:1], self.radius_m, self.speed_mps)[0]
+        most, watched = self.weight @ self._reward(met), [*np.flatnonzero(np.diff(self.path) == 0)]
         if self.plan_class == "roads":
             self.list_hops()
             late, watched, most = abs(late), self.follow(), min(most, self.road_bound())
@@ -161,18 +161,19 @@ class Run(argparse.Namespace):
         on = [(max(a, t[0]), min(b, t[-1])) for a, b in self.on for t in parts] or [(0, -1)]
         seen = np.min([self.sweep(path, w, np.zeros(1), self.radius_m)[0] for w in on], axis=0)
         time = self.horizon_s - self.weight @ np.maximum(0, self.horizon_s - seen)
-        found, told, planned = self.weight @ self.reward(seen), self.told, self.planned
+        found, told, planned = self.weight @ self._reward(seen), self.told, self.planned
         name = "upper_bound_probability" if self.found_by_s else "lower_bound_s"
         gap = abs((found if self.found_by_s else time) / (claimed := told[name]) - 1)
-        likely = (self.weight >= 0).all() and self.weight.sum() <= 1 + 1e-9
-        yield "weights are probabilities", "sum 1", self.weight.sum(), 1 - likely
+        gap = None if gap == np.inf else gap
+        likely = min(self.weight.min(), self.who.min()) >= 0 and self.weight.sum() <= 1 + 1e-9
+        yield "weights are probabilities", "at most 1", self.weight.sum(), 1 - likely
         yield "flight as its class allows", True, bool(fits), 1 - fits
         figures = [(planned, "expected_detection_time_s", time), (told, "gap", gap)]
         figures += [(planned, "detection_probability", self.weight @ (seen <= self.horizon_s))]
         figures += [(of, "particles", len(self.weight)) for of in (planned, told)]
         figures += [(planned, "found_by_probability", found)] if self.found_by_s else []
         for of, key, figure in figures:
-            yield key, of[key], figure, abs(of[key] - figure) / max(1, figure)
+            yield key, of[key], figure, of[key] != figure and abs(of[key] - figure) / max(1, figure)
         sign, bound = (-1, most) if self.found_by_s else (1, self.horizon_s - most)
         yield name, claimed, bound, sign * (claimed - bound) / max(1, bound)
 
@@ -185,10 +186,9 @@ def main() -> int:
     np.seterr(divide="ignore", invalid="ignore")  # where nobody is met
     try:
         claims = list((run := Run(folder)).claims())
-    except (OSError, LookupError, AttributeError, TypeError, ValueError) as error:
+    except (OSError, LookupError, AttributeError, TypeError, ValueError, ArithmeticError) as error:
         parser.error(f"{folder}: holds no certified run ({error}); `planner certify` makes one")
-    checked = {name for name, *_ in claims}
-    given = (f"{key} {value}," for key, value in run.given.items() if key not in checked)
+    given = (f"{key} {value!r}," for key, value in run.given.items())
     print("assumed:", *given, f"take-off {run.time[0]} s at {run.path[0]:.1f}")
     for name, claimed, found, wrong in claims:
         print(f"{name}: claimed {claimed}, found {found}: {'holds' if wrong <= 1e-6 else 'WRONG'}")

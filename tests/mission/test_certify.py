@@ -18,7 +18,7 @@ from grid_instance import grid_futures, grid_problem
 from planner.arrays import Floats
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Track
+from planner.detection.track import Sensor, Track
 from planner.mission.certificate_file import (
     MOTION,
     NET,
@@ -336,6 +336,51 @@ def test_bad_files_get_one_line(damage: str, tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert "planner certify" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("horizon_s", [60.0, 150.0, 400.0])
+@pytest.mark.parametrize("by_s", [None, 0.5, 50.0])
+def test_short_searches_are_verified(
+    horizon_s: float, by_s: float | None, tmp_path: Path, wrong_claims: Callable[[Path], list[Any]]
+) -> None:
+    problem = small_problem().replace(horizon_s=horizon_s, by_s=by_s)
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    assert wrong_claims(tmp_path) == []
+
+
+@pytest.mark.parametrize("transit", [False, True])
+def test_waiting_is_verified(
+    transit: bool, tmp_path: Path, wrong_claims: Callable[[Path], list[Any]]
+) -> None:
+    problem = small_problem().replace(sensor=Sensor(500.0, detects_in_transit=transit))
+    write_certified(tmp_path, problem, plan_of_wait(problem, "wait", 15000.0, -15000.0))
+    assert wrong_claims(tmp_path) == []
+
+
+def test_the_bound_of_physics_counts_from_take_off(tmp_path: Path) -> None:
+    problem = small_problem()
+    late = replace(problem.uavs[0], take_off_s=500.0)
+    problem = problem.replace(uavs=(late,))
+    write_certified(tmp_path, problem, plan_of_wait(problem, "wait", 15000.0, -15000.0))
+    assert wrong(tmp_path) == []
+    content = json.loads((tmp_path / "plan.json").read_text())
+    content["certificate"]["lower_bound_s"] *= 1.0001
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    assert "lower_bound_s" in wrong(tmp_path)
+
+
+def test_nothing_else_in_the_file_has_a_say(tmp_path: Path) -> None:
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    content = json.loads((tmp_path / "plan.json").read_text())
+    content["certificate"]["__dict__"] = {"radius_m": 1000.0}
+    content["certificate"]["roads"] = []
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    assert wrong(tmp_path) == []
+    assert "radius_m 500.0," in verify(tmp_path).stdout
+    content["uavs"].append(content["uavs"][0])
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    assert verify(tmp_path).returncode == 2
 
 
 def test_a_gap_may_be_asked_for() -> None:
