@@ -86,7 +86,7 @@ def span(text: str) -> float:
     """Return how long something may take, in seconds, given so or as H:M:S."""
     lasts_s = moment(text)
     if not lasts_s >= 0.0:
-        raise argparse.ArgumentTypeError(f"should be seconds from 0 on, not {text!r}")
+        raise argparse.ArgumentTypeError(f"should be seconds, or H:M:S, from 0 on, not {text!r}")
     return lasts_s
 
 

@@ -19,7 +19,7 @@ from planner.search.problem import Problem
 from planner.stopping import first_asks
 
 UNCOUNTED = 10**9  # price steps, where the time is the limit
-FEWEST_SETS = 10  # whose bounds are averaged
+FEWEST_SETS = 10  # from fewer, Student's limit of their mean lies too low to tell anything
 
 
 def certify(arguments: argparse.Namespace) -> int:

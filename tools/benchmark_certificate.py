@@ -3,7 +3,7 @@
 Seconds are those of one core at work, so that a busy machine measures the same. Longer runs are
 asked whether they halve what a minute leaves.
 
-python tools/benchmark_certificate.py [--u0-km 120] [--seconds 60]
+python tools/benchmark.py --certificate [--u0-km 120] [--seconds 60]
 """
 
 import argparse

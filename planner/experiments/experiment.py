@@ -81,7 +81,8 @@ class Experiment:
             wanted.setdefault(key, []).extend(found)
         kept = [part for part in (one._only(wanted) for one in self.parts) if part is not None]
         if not kept:
-            raise InputError(f"--only {choices[-1]}: no block has it with the others; choose fewer")
+            together = " --only ".join(choices)
+            raise InputError(f"--only {together}: no block has all of these; choose fewer")
         return _together(kept)
 
     def _levels(self) -> dict[str, tuple[Any, ...]]:

@@ -98,10 +98,15 @@ def _pool(workers: int) -> Iterator[Executor]:
     from joblib.externals.loky import ProcessPoolExecutor
 
     _start_tracker()
-    # Processes that have grown are replaced, which is no fault.
-    warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
     held, alive = Pipe(duplex=False)
-    with held, alive, ProcessPoolExecutor(workers, initializer=_begin, initargs=(held,)) as pool:
+    with (
+        held,
+        alive,
+        warnings.catch_warnings(),
+        ProcessPoolExecutor(workers, initializer=_begin, initargs=(held,)) as pool,
+    ):
+        # Processes that have grown are replaced, which is no fault.
+        warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
         yield pool
 
 

@@ -24,6 +24,7 @@ DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
 Backend = Callable[[Conduct, Sequence[Condition], int], Iterator[Done]]
 Told = Callable[[int, int, str], None]  # done, in all, what is being done
+Key = tuple[str, Path]  # a condition's id, and the scenario file that it is of
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,18 @@ class Results:
     figures: Mapping[str, Any]  # all that came of each condition, by its id
 
 
-def run(conditions: Sequence[Condition], out: Path, **how: Any) -> Results:
+def run(
+    conditions: Sequence[Condition],
+    out: Path,
+    *,
+    workers: int | None = None,
+    told: Told | None = None,
+    conduct: Conduct = conduct,
+    backend: Backend = conducted,
+) -> Results:
     """Run what is not finished of one experiment: `run_all` with nothing beside it."""
-    return run_all({out: conditions}, **how)[out]
+    how: dict[str, Any] = {"workers": workers, "told": told, "conduct": conduct}
+    return run_all({out: conditions}, **how, backend=backend)[out]
 
 
 def run_all(
@@ -52,7 +62,7 @@ def run_all(
 
     The tables are the same, byte for byte, whatever the workers, the order and the interruptions.
     Experiments take turns, so that processes which begin together begin with different work, and
-    share what is to be compiled; conditions that are equal are run once for all.
+    share what is to be compiled; conditions that are equal, on the same file, are run once for all.
 
     Parameters
     ----------
@@ -78,7 +88,7 @@ def run_all(
         raise InputError("no condition is left; choose levels that exist together")
     workers = workers or cores()
     begun = {out: _Begun(Kept(out), conditions) for out, conditions in experiments.items()}
-    waiting: dict[str, Condition] = {}
+    waiting: dict[Key, Condition] = {}
     for turn in zip_longest(*(one.waiting.items() for one in begun.values())):
         waiting |= [item for item in turn if item]
     _record_shared([*waiting.values()], workers, told)
@@ -92,6 +102,11 @@ def run_all(
     return {out: results[out] for out in experiments}
 
 
+def _key(condition: Condition) -> Key:
+    """Return what one condition has in common with those that may take its outcome."""
+    return condition.id, condition.place
+
+
 class _Begun:
     """An experiment some of whose conditions may wait to be run."""
 
@@ -99,12 +114,12 @@ class _Begun:
         kept.clean()
         self.kept, self.conditions = kept, conditions
         self.figures = {one.id: kept.figures(one) for one in conditions}
-        self.waiting = {one.id: one for one in conditions if self.figures[one.id] is None}
+        self.waiting = {_key(one): one for one in conditions if self.figures[one.id] is None}
         self.run = len(self.waiting)
 
     def takes(self, condition: Condition, outcome: Outcome) -> bool:
         """Keep what came of a condition, if it waited for it."""
-        mine = self.waiting.pop(condition.id, None)
+        mine = self.waiting.pop(_key(condition), None)
         if mine is None:
             return False
         self.kept.keep(mine, outcome)

@@ -82,11 +82,11 @@ TOLD = (
     Told("greedy, own: found before the goal", OWN, {500: 0.72, 700: 0.29}, BEFORE_GOAL),
 )
 
-ANOTHER_TOUR = "not traced; perhaps another of the tours that are equally short"
+UNTRACED = "not traced; perhaps another of the tours that are equally short"
 FROM_THE_ORIGIN = (  # of Figure 8: targets that start at the origin
-    ("exhaustive", {**EXHAUSTIVE, "targets": ALL, U0: 30e3}, 597.0, ANOTHER_TOUR),
+    ("exhaustive", {**EXHAUSTIVE, "targets": ALL, U0: 30e3}, 597.0, UNTRACED),
     ("greedy at 300 s", {**GREEDY, "targets": ALL, U0: 30e3}, 1533.0, ""),
-    ("exhaustive, 20 m/s", {**EXHAUSTIVE, "targets": ALL_20, U0: 60e3}, 1023.0, ANOTHER_TOUR),
+    ("exhaustive, 20 m/s", {**EXHAUSTIVE, "targets": ALL_20, U0: 60e3}, 1023.0, UNTRACED),
     ("greedy at 300 s, 20 m/s", {**GREEDY, "targets": ALL_20, U0: 60e3}, 1666.0, ""),
 )
 WINS = {30e3: 252, 60e3: 71}  # paths on which exhaustive search is the quicker one

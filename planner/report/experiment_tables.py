@@ -28,7 +28,7 @@ work on the instance. The best known was chosen on other targets than these, so 
 roads may be a little better.
 
 """
-MOST_LINES = 60  # that a terminal shows
+MOST_LINES = 60  # further ones are left out of a terminal
 COLUMNS, OTHERS = 3, "other levels"  # more factors than so many share a column of this name
 CONFIDENCE = 0.975  # the upper end of a 95 % interval
 
@@ -36,11 +36,11 @@ CONFIDENCE = 0.975  # the upper end of a 95 % interval
 def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
     """Return the figures of each combination of method and factors, averaged over its seeds.
 
-    Intervals are Student's, over seeds, each with particles and targets of its own; where there
-    is one seed, that of its targets.
+    Intervals are Student's, over seeds, each with particles and targets of its own, and begin at
+    0 s at least; where there is one seed, that of its targets.
     """
     table = _table(title)
-    header, levels = _levels(rows, factors)
+    header, levels, usual = _levels(rows, factors)
     for name in (*header, "method"):
         left = name in ("method", OTHERS)
         table.add_column(name, justify="left" if left else "right", overflow="fold")
@@ -51,7 +51,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
         groups.setdefault((*cells, row["method"]), []).append(row)
     for key, group in list(groups.items())[:MOST_LINES]:
         table.add_row(*key, *_figures([row for row in group if row["reason"] is None]))
-    table.caption = _left_out(len(groups))
+    table.caption = " ".join(filter(None, (usual, _left_out(len(groups))))) or None
     return table
 
 
@@ -141,7 +141,8 @@ def failures(rows: Sequence[Row]) -> list[str]:
 def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
     """Return the conditions of an experiment, and which of them are finished."""
     table = _table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
-    header, levels = _levels([one.levels for one in conditions], list(conditions[0].levels))
+    rows = [one.levels for one in conditions]
+    header, levels, table.caption = _levels(rows, list(conditions[0].levels))
     table.add_column("id", no_wrap=True)
     for name in (*header, "method", "seed", "finished"):
         left = name in ("method", OTHERS)
@@ -154,24 +155,25 @@ def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) 
 
 def _levels(
     rows: Sequence[Mapping[str, Any]], factors: Sequence[str]
-) -> tuple[list[str], list[list[str]]]:
-    """Return column names for factors, and the cells of each row.
+) -> tuple[list[str], list[list[str]], str | None]:
+    """Return column names for factors, the cells of each row, and what these leave out.
 
-    Where there are many, those that mostly have one level share a column, which tells others.
+    Where factors are many, those that mostly have one level share a column, which tells others.
     """
     usual: dict[str, str] = {}
-    for key in factors if len(factors) > COLUMNS else ():
+    for key in factors if rows and len(factors) > COLUMNS else ():
         (level, count), *_ = Counter(_text(row[key]) for row in rows).most_common(1)
         if 2 * count > len(rows):
             usual[key] = level
     alone = [key for key in factors if key not in usual]
     cells = [[_text(row[key]) for key in alone] for row in rows]
     if not usual:
-        return alone, cells
+        return alone, cells, None
     for row, line in zip(rows, cells, strict=True):
         others = (f"{key}={_text(row[key])}" for key in usual if _text(row[key]) != usual[key])
         line.append("\n".join(others))
-    return [*alone, OTHERS], cells
+    left_out = ", ".join(f"{key}={level}" for key, level in usual.items())
+    return [*alone, OTHERS], cells, f"{OTHERS} than {left_out}"
 
 
 def _figures(group: Sequence[Row]) -> list[str]:

@@ -25,7 +25,7 @@ WAY_COLOUR = "#555555"
 FLIGHT_MAP = "viridis"
 CELLS = 64  # across a map, when targets close to each other are drawn as one disc
 NUMBER_PLACES = (0.5, 0.32, 0.68, 0.2, 0.8)  # along a road, tried in this order
-IN_LINE = 3  # numbers that share a label
+PER_LINE = 3  # numbers on one line of a label
 
 
 @dataclass(frozen=True)
@@ -189,15 +189,15 @@ class _Label:
 
     @property
     def text(self) -> str:
-        lines = (self.numbers[i : i + IN_LINE] for i in range(0, len(self.numbers), IN_LINE))
+        lines = (self.numbers[i : i + PER_LINE] for i in range(0, len(self.numbers), PER_LINE))
         return "\n".join(", ".join(map(str, line)) for line in lines)
 
 
 def _put_number(labels: list[_Label], piece: Piece, colour: Floats, *, apart_m: float) -> None:
     """Add a label where there is room, else one for all numbers of the nearest one's road."""
     places = [along(piece.xy_m, share)[0] for share in NUMBER_PLACES]
-    full = any(len(label.numbers) > 1 for label in _on_road(labels, places[0]))
-    for place in () if full else places:
+    shared = any(len(label.numbers) > 1 for label in _on_road(labels, places[0]))
+    for place in () if shared else places:
         if all(np.linalg.norm(place - label.xy_m) >= apart_m for label in labels):
             labels.append(_Label(place, places[0], colour, (piece.order,)))
             return
@@ -209,6 +209,7 @@ def _put_number(labels: list[_Label], piece: Piece, colour: Floats, *, apart_m: 
 
 
 def _on_road(labels: Sequence[_Label], road_xy_m: Floats) -> list[_Label]:
+    """Return the labels of a road, in whichever direction it was flown."""
     return [one for one in labels if np.linalg.norm(one.road_xy_m - road_xy_m) < 1.0]
 
 

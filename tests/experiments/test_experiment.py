@@ -85,8 +85,13 @@ def test_a_row_for_each_set_and_one_for_fresh_targets(blocks: Experiment) -> Non
 def test_only_keeps_the_blocks_that_have_the_levels(blocks: Experiment) -> None:
     assert {c.method for c in blocks.only(["sensor.radius_m=100"]).conditions()} == {"greedy"}
     assert len(blocks.only(["block=plain", "uav.speed_mps=50"]).conditions()) == 2
-    with pytest.raises(InputError, match=r"--only sensor\.radius_m=7"):
-        blocks.only(["sensor.radius_m=7"])
+    for choices, told in (
+        (["sensor.radius_m=7"], r"--only sensor\.radius_m=7: is not among the levels; known: "),
+        (["sensor.radus_m=7"], r"no factor 'sensor\.radus_m'; did you mean sensor\.radius_m\?"),
+        (["block=plain", "sensor.radius_m=100"], "no block has all of these; choose fewer"),
+    ):
+        with pytest.raises(InputError, match=told):
+            blocks.only(choices)
 
 
 def test_quick_is_small_in_every_block(blocks: Experiment) -> None:

@@ -373,6 +373,18 @@ def test_experiments_take_turns_and_share_what_is_equal(
     assert run_all({first: conditions}, backend=noting)[first].rows == found[first].rows
 
 
+def test_equal_conditions_of_other_files_are_not_shared(tmp_path: Path) -> None:
+    long, short = tmp_path / "long", tmp_path / "short"
+    experiments = {}
+    for folder, horizon_s in ((long, 3600), (short, 400)):
+        folder.mkdir()
+        one = read_experiment_beside(folder, horizon_s=horizon_s)
+        experiments[folder / "out"] = one.conditions()[:1]
+    assert len({c.id for (c,) in experiments.values()}) == 1
+    run_all(experiments, backend=here)
+    assert cells(long / "out") != cells(short / "out")
+
+
 def test_nothing_to_run_and_nowhere_to_write(conditions: list[Condition], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no condition is left"):
         run([], tmp_path)

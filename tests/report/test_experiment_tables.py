@@ -90,6 +90,7 @@ def test_where_factors_are_many_seldom_levels_share_a_column() -> None:
     table = results_table(rows, ["a", "b", "c", "d"], "title")
     assert [column.header for column in table.columns][:3] == ["a", "other levels", "method"]
     assert list(table.columns[1].cells) == ["", "", "b=5\nd=odd"]
+    assert table.caption == "other levels than b=0, c=0, d=as usual"
 
 
 def test_an_interval_of_times_begins_at_zero() -> None:

@@ -113,3 +113,15 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         plan_picture(tmp_path / "file" / "p.png", PROBLEM, LEGS, evaluations=evaluated(LEGS))
+
+
+def test_numbers_without_room_share_their_road_s_label(tmp_path: Path) -> None:
+    """Road 2 is flown nine times: in one label, in order, three to a line."""
+    order = [2, 3] * 9 + [41]
+    plan = plan_of_legs(PROBLEM, "greedy", order)
+    plan_picture(tmp_path / "p.svg", PROBLEM, plan, evaluations=evaluated(plan))
+    numbers = [text for text in texts(tmp_path / "p.svg") if set(text) <= set("0123456789, ")]
+    several = [text for text in numbers if ", " in text]
+    assert [text for text in several if text.count(",") == 2] == several
+    assert sorted(int(n) for text in several for n in text.split(",")) == list(range(1, 19))
+    assert "19" in numbers
