@@ -38,11 +38,22 @@ def certify(arguments: argparse.Namespace) -> int:
         problem = mission.problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
         told = files.certificate_content(problem, certificate)
-        if limit is not None:
-            told |= {"true_optimum_limit": limit, "sets": arguments.sets}
         plan_file = arguments.directory / run_files.PLAN
-        files.write_certificate(folder, problem, certificate, plan_file, told)
+        earlier = files.stored_certificate(plan_file)
+        told |= {key: earlier[key] for key in files.OF_SETS if key in earlier}
+        if limit is not None:
+            told |= dict(zip(files.OF_SETS, (limit, arguments.sets), strict=True))
+        kept = files.proves_more(earlier, told)
+        if kept:
+            told = earlier | {key: told[key] for key in files.OF_SETS if key in told}
+            files.keep_proof(folder, plan_file, told)
+        else:
+            files.write_certificate(folder, problem, certificate, plan_file, told)
     shown = [remarks.certificate_line(certificate, problem.by_s)]
+    if kept:
+        shown.append(f"the earlier bound is better and stays: gap {told['gap']:.1%}")
+    if limit is None and arguments.sets is not None:
+        shown.append("the other sets were stopped too soon for a statement about the true optimum")
     if certificate.better:
         shown.append("a better plan was met on the way: `planner plan --gap` takes such plans")
     if limit is not None:

@@ -145,7 +145,7 @@ def test_all_faults_at_once(run: Commands) -> None:
         (("where", "figure3", "--at", "1:00:01"), "from 0 to 3600"),
         (("build", "figure3", "-o", "/dev/null", "--force"), "cannot be replaced"),
         (("build", "figure3", "-o", "/dev/null"), "--force to replace it"),
-        (("plan", "figure3", "--time-limit", "-3"), "seconds from 0 on"),
+        (("plan", "figure3", "--time-limit", "-3"), "H:M:S, from 0 on"),
         (("compare", "figure3", "-o", "/dev/null", "--force"), "cannot be replaced"),
         (("fly", "nosuch"), "holds no run"),
         (("fly", TOWN), "holds no run"),

@@ -47,6 +47,22 @@ def test_certify(run: Commands, tmp_path: Path) -> None:
     assert "this plan truly takes" in said
 
 
+def test_a_better_bound_stays(run: Commands, tmp_path: Path) -> None:
+    plan(run, tmp_path / "run")
+    first = run("certify", tmp_path / "run", "--work", "200", "--sets", "10", "--json").json
+    worse = run("certify", tmp_path / "run", "--work", "1", "--force")
+    assert "the earlier bound is better and stays" in worse.out
+    stored = json.loads((tmp_path / "run" / "plan.json").read_text())
+    assert stored["certificate"] == first
+    assert verify(tmp_path / "run").returncode == 0
+    (tmp_path / "run" / "plan.json").write_text(
+        json.dumps(stored | {"certificate": first | {"particles": 3, "gap": 0.0}})
+    )
+    again = run("certify", tmp_path / "run", "--work", "200", "--force", "--json").json
+    assert again["particles"] == first["particles"]
+    assert again["lower_bound_s"] == first["lower_bound_s"]
+
+
 def test_certify_a_deadline(run: Commands, tmp_path: Path) -> None:
     plan(run, tmp_path / "run", "--objective", "probability", "--by", "900")
     told = run("certify", tmp_path / "run", "--work", "30", "--json").json

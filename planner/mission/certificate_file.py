@@ -1,6 +1,8 @@
 """The files of a certificate: all that somebody needs to check it without this program."""
 
 import json
+import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,8 @@ from planner.search.sightings import pieces_of
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
 MOTION_COLUMNS = ("from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")  # place at from
+OF_SETS = ("true_optimum_limit", "sets")  # what other sets of particles tell
+SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")
 LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that nobody is near
 
 
@@ -56,6 +60,28 @@ def write_certificate(
     write_json(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
     write_json(folder / plan_file.name, plan | {"certificate": told})
+
+
+def stored_certificate(plan_file: Path) -> dict[str, Any]:
+    """Return what ``plan.json`` says of a certificate; nothing if it has none."""
+    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
+    return found if isinstance(found, dict) else {}
+
+
+def proves_more(earlier: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Tell whether an earlier certificate has the better bound on the same plans and particles."""
+    if any(earlier.get(key) != new[key] for key in SAME):
+        return False
+    before, now = earlier.get("gap"), new["gap"]
+    return before is not None and (now is None or before < now)
+
+
+def keep_proof(folder: Path, plan_file: Path, told: Mapping[str, Any]) -> None:
+    """Copy an earlier certificate's files, and write the plan with what it is told."""
+    for name in PROOF:
+        shutil.copy(plan_file.with_name(name), folder / name)
+    plan = json.loads(plan_file.read_text(encoding="utf-8"))
+    write_json(folder / plan_file.name, plan | {"certificate": dict(told)})
 
 
 def _hops(beginning: Beginning, first: int) -> Beginning:
