@@ -61,7 +61,7 @@ def experiment(arguments: argparse.Namespace) -> int:
     }
     table = _table(results.rows, conditions[0], chosen.title)
     tell(arguments, told, [table, *failed, _told_last(results, conditions), f"written to {out}"])
-    return 0
+    return int(told["failed"] == len(results.rows))  # where all failed, the file is at fault
 
 
 def _paper(arguments: argparse.Namespace) -> int:
@@ -107,7 +107,7 @@ def _run(
     arguments: argparse.Namespace, chosen: Mapping[Path, Experiment], title: str
 ) -> dict[Path, Results]:
     for out, one in chosen.items():
-        _claim(out, one)
+        _claim(out, one, quick=arguments.quick)
     conditions = {out: one.conditions() for out, one in chosen.items()}
     workers, backend = arguments.jobs, _backend(arguments)
     with progress(title) as told, undone_if_stopped(_tell_how_to_go_on):
@@ -161,15 +161,19 @@ def _listed(arguments: argparse.Namespace, experiments: Mapping[Path, Sequence[C
     return 0
 
 
-def _claim(out: Path, chosen: Experiment) -> None:
+def _claim(out: Path, chosen: Experiment, *, quick: bool) -> None:
     """Refuse a folder that holds the results of another experiment; mark it as this one's.
+
+    A quick one is another one.
 
     Raises
     ------
     OutputError
         If it is another one's, or cannot be written.
     """
-    mine = {"experiment": chosen.path.stem, "title": chosen.title}
+    mine = {"experiment": chosen.path.stem, "title": chosen.title} | (
+        {"quick": True} if quick else {}
+    )
     path = out / MARK
     if not path.exists():
         write_json(path, mine)

@@ -424,3 +424,17 @@ def test_no_scheduler(
     nowhere = functools.partial(conducted_by_dask, address="tcp://127.0.0.1:1")
     with pytest.raises(InputError, match=r"--address tcp://127.0.0.1:1: no Dask scheduler answers"):
         run(conditions[:1], tmp_path, workers=1, backend=nowhere)
+
+
+def test_a_quick_run_is_another_experiment(
+    experiment: Experiment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_command, out, bad = Commands(capsys), tmp_path / "out", tmp_path / "bad.toml"
+    chosen = ("--only", "seed=2", "--only", "method=wait", "--jobs", "1")
+    assert run_command("experiment", experiment.path, "-o", out, "--quick", *chosen).code == 0
+    refused = run_command("experiment", experiment.path, "-o", out, *chosen)
+    assert refused.code == 2
+    assert "holds another experiment" in refused.err
+    bad.write_text(TEXT.replace("[200, -1, 500]", "[-1]"))
+    failed = run_command("experiment", bad, "-o", tmp_path / "bad", *chosen)
+    assert (failed.code, "1 failed: sensor.radius_m" in failed.out) == (1, True)
