@@ -51,7 +51,7 @@ def experiment(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         return _listed(arguments, {Path(): conditions})
     out = _output(arguments)
-    results = _run(arguments, {out: chosen}, chosen.path.stem)[out]
+    results = _run(arguments, {out: chosen}, {out: conditions}, chosen.path.stem)[out]
     failed = experiment_tables.failures(results.rows)
     told = {
         "results": str(out),
@@ -76,7 +76,8 @@ def _paper(arguments: argparse.Namespace) -> int:
         return _listed(arguments, stems)
     out = _output(arguments)
     parts = {out / one.path.stem: one for one in chosen.values()}
-    found = {part.name: results for part, results in _run(arguments, parts, PAPER).items()}
+    waiting = dict(zip(parts, conditions.values(), strict=True))
+    found = {part.name: rs for part, rs in _run(arguments, parts, waiting, PAPER).items()}
     claims = claims_of(found)
     page = write_report(out, found, claims, quick=arguments.quick)
     failed = [line for one in found.values() for line in experiment_tables.failures(one.rows)]
@@ -104,11 +105,13 @@ def _output(arguments: argparse.Namespace) -> Path:
 
 
 def _run(
-    arguments: argparse.Namespace, chosen: Mapping[Path, Experiment], title: str
+    arguments: argparse.Namespace,
+    chosen: Mapping[Path, Experiment],
+    conditions: Mapping[Path, Sequence[Condition]],
+    title: str,
 ) -> dict[Path, Results]:
     for out, one in chosen.items():
         _claim(out, one, quick=arguments.quick)
-    conditions = {out: one.conditions() for out, one in chosen.items()}
     workers, backend = arguments.jobs, _backend(arguments)
     with progress(title) as told, undone_if_stopped(_tell_how_to_go_on):
         return run_all(conditions, workers=workers, told=told, backend=backend)

@@ -79,7 +79,7 @@ class Run(argparse.Namespace):
     def seen_on(self, h: int, starts: Any, rest: float = 0.0) -> Any:
         """Return when a hop may see whom, or, with less than no rest, surely sees."""
         on = (-rest, self.lasts[h] + rest) if h < self.legs or self.transit else (0, -1)
-        radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # ties are no lies
+        radius = self.radius_m + self.speed_mps * rest - 1e-6 * np.sign(rest)  # a tie either way
         return self.sweep(self.paths[h], on, starts, radius)
 
     def worths(self, sales: Any, price: Any, since: int) -> Any:
@@ -127,7 +127,7 @@ class Run(argparse.Namespace):
             i, k = np.nonzero(worth > least)
             sales.append([0 * i + h, i, k, worth[i, k]])  # row, bin, particle, reward
             for g in np.flatnonzero(self.end[: self.legs] == self.start[h]):
-                late, early = np.maximum(-1, i - self.lasting[:, g, None])  # flights forget:
+                late, early = np.maximum(-1, i - self.lasting[:, g, None])  # as legs remember
                 known = (h < self.legs) & (early >= 0) & sure[g][late, k] & sure[g][early, k]
                 sales.append([c[known] for c in (0 * i + len(self.steps), i, k, worth[i, k])])
                 self.steps.append((self.state[g], h, len(self.steps)))
