@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 
 from planner.belief.opening import Opened
+from planner.bounds.certificate import STEPS, Certificate
 from planner.commands_shared import output, recorded, tell
 from planner.errors import InputError
 from planner.mission import certificate_file as files
@@ -13,7 +14,6 @@ from planner.mission import certify as mission
 from planner.mission.preparation import Recorder
 from planner.report import remarks, run_files
 from planner.report.progress import progress
-from planner.search.certificate import STEPS, Certificate
 from planner.search.plan import Plan
 from planner.search.problem import Problem
 from planner.stopping import first_asks

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.belief.opening import Opened
+from planner.bounds.certificate import STEPS
 from planner.commands_certificate import UNCOUNTED, certificate_of
 from planner.commands_shared import (
     Targets,
@@ -28,7 +29,6 @@ from planner.mission.preparation import Recorder
 from planner.mission.trial import Trial
 from planner.report import remarks, run_files, tables
 from planner.report.progress import progress
-from planner.search.certificate import STEPS
 from planner.search.methods import METHODS, Method
 from planner.search.plan import Plan
 from planner.stopping import first_asks

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.belief.opening import Opened
+from planner.bounds.certificate import STEPS, Certificate
 from planner.commands_certificate import UNCOUNTED, certificate_of
 from planner.commands_shared import (
     Targets,
@@ -34,7 +35,6 @@ from planner.mission.to_gap import Sides, planned_to_gap
 from planner.mission.trial import Limits, Trial, try_order
 from planner.provenance import provenance
 from planner.report import remarks, run_files, tables
-from planner.search.certificate import STEPS, Certificate
 from planner.search.methods import Method, method_named
 from planner.search.plan import Plan
 from planner.search.problem import Problem

@@ -1,6 +1,6 @@
 """Numba's one door: compiled code is kept where it can be written, with one set of options.
 
-Import this only from ``kernels.py`` files: it loads the compiler.
+Import this only below a `kernels/` folder: it loads the compiler.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 def _version() -> str:
     """Name all compiled sources by content: numba overlooks a change in a file it calls into."""
-    sources = sorted(Path(__file__).parent.rglob("kernels*.py"))
+    sources = sorted(Path(__file__).parent.rglob("kernels/*.py"))
     content = b"".join(source.read_bytes() for source in sources)
     return hashlib.sha256(content).hexdigest()[:16]
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import planner
+from planner.bounds.certificate import Effort, certified
 from planner.detection.first_detection import first_detection
 from planner.search.best import best
-from planner.search.certificate import Effort, certified
 from planner.search.plan import Plan, plan_of_legs
 from planner.search.problem import Problem
 from planner.streams import stream

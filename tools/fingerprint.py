@@ -4,9 +4,9 @@ python tools/fingerprint.py -o before.txt            # some minutes
 ... change the code ...
 python tools/fingerprint.py --against before.txt     # 0: the same bytes; 1: what differs is listed
 
-The runs: on figure1, figure3 and grid5x5 a plan by every method, a certificate, where the target is,
-and the experiments section3 and section4. Left out is what no two runs share: run.json, timings,
-and reports, whose words are not figures. Each call records with an empty cache.
+The runs: on figure1, figure3 and grid5x5 a plan by every method, certificates, where the
+target is, and the experiments section3 and section4. Left out is what no two runs share: run.json,
+timings, and reports, whose words are not figures. Each call records with an empty cache.
 """
 
 import argparse
@@ -21,6 +21,8 @@ from pathlib import Path
 
 from planner.search.methods import METHODS
 
+Commands = list[tuple[str, ...]]
+
 SCENARIOS = ("figure1", "figure3", "grid5x5")
 WHERE_S = {"figure1": "60", "figure3": "60", "grid5x5": "1800"}
 EXPERIMENTS = (("section3",), ("section4", "--quick"))
@@ -30,18 +32,16 @@ PROSE = (".md", ".txt", ".log")
 FEWER = ("--set", "search.work=20000", "--targets", "500")
 
 
-def runs_of(scenario: str, folder: Path) -> Iterator[list[tuple[str, ...]]]:
+def runs_of(scenario: str, folder: Path) -> Iterator[Commands]:
     """Yield the commands to be run on a scenario; those of one list come after one another."""
     yield [("where", scenario, "--at", WHERE_S[scenario], "-o", str(folder / "where"))]
     for method in METHODS:
         out = str(folder / method.name)
-        commands = [("plan", scenario, "--method", method.name, "-o", out, *FEWER)]
-        if method.name in CERTIFIED:
-            commands.append(("certify", out, "--work", "50"))
-        yield commands
+        plan: Commands = [("plan", scenario, "--method", method.name, "-o", out, *FEWER)]
+        yield plan + ([("certify", out, "--work", "50")] if method.name in CERTIFIED else [])
 
 
-def run_all(commands: list[tuple[str, ...]]) -> str:
+def run_all(commands: Commands) -> str:
     """Run commands after one another and return a line for each that ended otherwise than well."""
     lines = []
     for command in commands:

@@ -1,6 +1,7 @@
 """Check a certified plan without the code that made it: verify.py DIR.
 
-The bound is that of planner/search/bound.py; belief, net and what it prints as assumed are given.
+The bound is that of planner/bounds/particle_prices.py; belief, net and what it prints as assumed
+are given.
 """
 
 import argparse

@@ -19,7 +19,7 @@ def first_detection(futures: Futures, track: Track, radius_m: float) -> Floats:
     radius_m
         Detection radius, the paper's epsilon.
     """
-    from planner.detection.kernels import seen_by_flight
+    from planner.detection.kernels.closest_approach import seen_by_flight
 
     if len(track.time_s) == 0:
         return np.full(len(futures), np.inf)

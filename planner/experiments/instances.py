@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.belief.opening import Opened, open_scenario
+from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
@@ -17,7 +18,6 @@ from planner.futures.futures import Futures
 from planner.mission.preparation import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.scenario_source import scenario_path
-from planner.search.certificate import Effort, certified, earliest, gap_of
 from planner.search.plan import plan_of_legs
 
 HOME, FILE = "grid5x5", "instances.toml"

@@ -5,11 +5,11 @@ The bound holds for all plans over roads on the same particles, whatever found t
 
 from typing import Any
 
+from planner.bounds.certificate import Effort, certified, gap_of
 from planner.detection.evaluation import evaluate
 from planner.experiments.condition import Condition
 from planner.experiments.conduct import opened_of
 from planner.mission.preparation import Recorder, make_plan, needs_judges, problem_of
-from planner.search.certificate import Effort, certified, gap_of
 from planner.search.methods import method_named
 
 METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for

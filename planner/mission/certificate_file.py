@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.bounds.branch_and_bound import Beginning
+from planner.bounds.certificate import Certificate
+from planner.bounds.hops import hops_of
+from planner.bounds.sighting_table import pieces_of
 from planner.files import write_json
 from planner.parquet import nested, write_table
-from planner.search.branches import Beginning
-from planner.search.certificate import Certificate
-from planner.search.hops import hops_of
 from planner.search.problem import Problem
-from planner.search.sightings import pieces_of
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)

@@ -8,9 +8,9 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.belief.opening import Opened
+from planner.bounds.certificate import Certificate, Effort, certified, lower_limit
 from planner.futures.futures import Futures
 from planner.mission.preparation import Recorder, problem_of
-from planner.search.certificate import Certificate, Effort, certified, lower_limit
 from planner.search.plan import Plan
 from planner.search.problem import Problem
 

@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from planner.bounds.certificate import Certificate
 from planner.mission.trial import Trial
-from planner.search.certificate import Certificate
 from planner.search.plan import Plan
 
 # Shares of the time by which each part has ended; the last bound has what is left.

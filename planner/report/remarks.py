@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation
 from planner.report.intervals import share_interval
 from planner.report.tables import MethodRow
-from planner.search.certificate import Certificate
 
 TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
 

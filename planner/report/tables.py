@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
+from planner.bounds.certificate import gap_of
 from planner.detection.evaluation import Evaluation
 from planner.futures.state_at import QUANTILES, RoadState
 from planner.mission.trial import Trial
@@ -12,7 +13,6 @@ from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
 from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.units import clock
-from planner.search.certificate import gap_of
 from planner.search.plan import Plan
 
 if TYPE_CHECKING:

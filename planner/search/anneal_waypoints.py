@@ -86,7 +86,7 @@ class Known:
     """A flight over waypoints, whom it sees, and the best way met so far while it is annealed."""
 
     def __init__(self, problem: Problem, room: int) -> None:
-        from planner.search.kernels_anneal import UNSEEN
+        from planner.search.kernels.anneal import UNSEEN
 
         particles = len(problem.futures)
         self._world = _world(problem)
@@ -104,7 +104,7 @@ class Known:
     @classmethod
     def of(cls, problem: Problem, waypoints: Floats) -> "Known":
         """Return the flight over given waypoints, (W, 3)."""
-        from planner.search.kernels_waypoints import LEFT, SEEN, sweep
+        from planner.search.kernels.waypoints import LEFT, SEEN, sweep
 
         known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uavs[0]
         way, marks, found = known._now
@@ -126,7 +126,7 @@ class Known:
 
     def anneal(self, draws: Floats, heat: Floats) -> None:
         """Try one move per row of uniform draws, (M, DRAWS), at temperatures, (M,) reward."""
-        from planner.search.kernels_anneal import anneal
+        from planner.search.kernels.anneal import anneal
 
         flights = (self._now, self._trial, self._best)
         rules = (heat, self._margin, self._scale)
@@ -216,9 +216,9 @@ def times_left(problem: Problem, waypoints: Floats) -> Floats:
 
 
 def _world(problem: Problem) -> Any:
-    """Return what a sweep has to know, as ``kernels_anneal.World``."""
-    from planner.search.kernels_crowd import crowd_of
-    from planner.search.kernels_motion import fastest
+    """Return what a sweep has to know, as ``kernels.anneal.World``."""
+    from planner.search.kernels.cells import crowd_of
+    from planner.search.kernels.motion import fastest
 
     uav, futures, objective = problem.uavs[0], columns(problem.futures), problem.objective
     radius_m = float(problem.sensor.radius_m)

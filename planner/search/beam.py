@@ -114,7 +114,7 @@ def beam_order(
     stop
         Asked between stretches of time; once it says so, the best order so far is returned.
     """
-    from planner.search.kernels_beam import LEG, PARENT, REWARD, grow
+    from planner.search.kernels.beam import LEG, PARENT, REWARD, grow
 
     problem = engine.problem
     start = start or SearchState.at_start(problem)
@@ -152,7 +152,7 @@ def _first_states(
     engine: WhatIf, start: SearchState, looks: tuple[Floats, float, float]
 ) -> tuple[Ints, Floats, tuple[Offsets, Ints, Flags]]:
     """Return an order of one leg for each that can be flown first, and what they see."""
-    from planner.search.kernels_beam import END, LEG, PROMISE, REWARD, UNSEEN, promise
+    from planner.search.kernels.beam import END, LEG, PROMISE, REWARD, UNSEEN, promise
 
     problem, unseen = engine.problem, np.isinf(start.seen_at)
     flights = engine.fly(start, candidate_legs(problem, start))
@@ -169,7 +169,7 @@ def _first_states(
 
 def _buckets(problem: Problem, beam: Beam, begin_s: float, tree: Ints, worth: Floats) -> Ints:
     """Return the head of each stretch of time's chain of states, and link the chains."""
-    from planner.search.kernels_beam import END, NEXT
+    from planner.search.kernels.beam import END, NEXT
 
     stretches = max(0, int((problem.objective.ends_s - begin_s) / beam.bucket_s)) + 1
     heads = np.full(stretches, -1, dtype=np.int32)
@@ -180,7 +180,7 @@ def _buckets(problem: Problem, beam: Beam, begin_s: float, tree: Ints, worth: Fl
 
 
 def _setting(engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
-    """Return ways, hops, roads and world as ``kernels_beam`` takes them."""
+    """Return ways, hops, roads and world as ``kernels.beam`` takes them."""
     problem = engine.problem
     legs, weight = problem.legs, problem.futures.weight
     roads = (legs.to_node, legs.duration_s, legs.node_xy_m, problem.home_s, weight)
@@ -189,7 +189,7 @@ def _setting(engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=16)
 def _ways_within(legs: Legs, reach_m: float) -> tuple[Any, Any]:
-    """Return the ways and hops of ``kernels_beam`` with transits of limited length."""
+    """Return the ways and hops of ``kernels.beam`` with transits of limited length."""
     hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
     leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
     ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
@@ -206,7 +206,7 @@ def _ways_within(legs: Legs, reach_m: float) -> tuple[Any, Any]:
 
 def _hops(node_xy_m: Floats, node: int, reach_m: float) -> tuple[Ints, Floats, Floats]:
     """Return the other places within reach of a node by bearing: node, bearing, offset."""
-    from planner.search.kernels_transits import bearings_of
+    from planner.search.kernels.transits import bearings_of
 
     offset = node_xy_m - node_xy_m[node]
     away_m = np.hypot(offset[:, 0], offset[:, 1])

@@ -13,7 +13,7 @@ from planner.search.plan import Plan, plan_of_legs
 from planner.search.problem import Budget, Problem
 
 if TYPE_CHECKING:
-    from planner.search.kernels_exact import Case, States
+    from planner.search.kernels.exact import Case, States
 
 MOST_ORDERS = 2**8 * math.factorial(8)  # 10,321,920: seconds by branch and bound, a minute flown
 STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
@@ -57,7 +57,7 @@ def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float
     No order of so many legs is better by more than a microsecond, or by 1e-12 where the value is
     a probability. How long this takes depends on the net and the futures, not on ``MOST_ORDERS``.
     """
-    from planner.search.kernels_exact import Tree, branch, search, value
+    from planner.search.kernels.exact import Tree, branch, search, value
 
     case = _case(problem)
     legs = len(case.from_node)
@@ -118,7 +118,7 @@ def enumerate_orders(problem: Problem) -> OrderValues:
     NotApplicableError
         If there are more than ``MOST_ORDERS`` orders.
     """
-    from planner.search.kernels_exact import fly_orders
+    from planner.search.kernels.exact import fly_orders
 
     roads = len(problem.network.road_ids)
     _refuse_too_many(roads, roads)
@@ -158,7 +158,7 @@ def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
 
 
 def _case(problem: Problem) -> "Case":
-    from planner.search.kernels_exact import TIE_S, Case
+    from planner.search.kernels.exact import TIE_S, Case
 
     legs, uav, futures = problem.legs, problem.uavs[0], problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
@@ -210,7 +210,7 @@ def _pieces(time_s: Floats, x_m: Floats, y_m: Floats, first: Offsets) -> Floats:
 
 def _states(problem: Problem, case: "Case", slots: int) -> "States":
     """Return room for states; slot 0 is the take-off, all particles with knots open."""
-    from planner.search.kernels_exact import States
+    from planner.search.kernels.exact import States
 
     n = len(problem.futures)
     moving = np.flatnonzero(np.diff(problem.futures.first_knot))

@@ -83,7 +83,7 @@ class WhatIf:
 
         As ``fly``, but without the single sightings.
         """
-        from planner.search.kernels import score_all
+        from planner.search.kernels.what_if import score_all
 
         place, flights, ends, look_for = self._asked(state, legs, unseen)
         objective = self.problem.objective
@@ -103,7 +103,7 @@ class WhatIf:
         unseen
             The particles to look for, (N,); by default those the state has not seen.
         """
-        from planner.search.kernels import fly_all
+        from planner.search.kernels.what_if import fly_all
 
         place, flights, ends, look_for = self._asked(state, legs, unseen)
         start_s, first, particle, seen_at = fly_all(place, flights, ends, look_for, self.world)
@@ -126,7 +126,7 @@ class WhatIf:
         As ``fly``, but slow: lines 8-27 of Figure 6 step by step. The first look is one tick
         after the flight's start, the last one at or before its end.
         """
-        from planner.search.kernels_ticks import seen_by_ticks
+        from planner.search.kernels.ticks import seen_by_ticks
 
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
         look_for = np.isinf(state.seen_at) if unseen is None else unseen
@@ -148,7 +148,7 @@ class WhatIf:
 @lru_cache(maxsize=256)
 def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
     """Return which end each node is, seen from a place, (V,), -1: it is there; and the ends."""
-    from planner.search.kernels_transits import bearings_of
+    from planner.search.kernels.transits import bearings_of
 
     offset = legs.node_xy_m - (x_m, y_m)
     away_m = np.hypot(offset[:, 0], offset[:, 1])
@@ -163,8 +163,8 @@ def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Flo
 
 
 def world_of(problem: Problem) -> tuple[Any, ...]:
-    """Return motion, passages, legs and sensing of a problem, as ``kernels.World``."""
-    from planner.search.kernels_motion import motion_of
+    """Return motion, passages, legs and sensing of a problem, as ``kernels.what_if.World``."""
+    from planner.search.kernels.motion import motion_of
 
     legs, sensor = problem.legs, problem.sensor
     motion = motion_of(columns(problem.futures))
@@ -186,9 +186,9 @@ def passages(
 ) -> tuple[Offsets, Floats, Floats, Floats, Ints, Offsets]:
     """Return every particle's passages along every road, by road and time.
 
-    The columns are those of ``kernels_passages.PassageColumns``.
+    The columns are those of ``kernels.passages.PassageColumns``.
     """
-    from planner.search.kernels_passages import all_passages, in_order
+    from planner.search.kernels.passages import all_passages, in_order
 
     network = problem.network
     shape = network.shape_xy_m

@@ -7,6 +7,7 @@ import pytest
 from command_line import Commands
 from instances import figure3
 from planner import commands_instances
+from planner.bounds import particle_prices as bound
 from planner.detection.evaluation import evaluate
 from planner.errors import InputError
 from planner.experiments.instances import (
@@ -19,7 +20,6 @@ from planner.experiments.instances import (
     read_instances,
 )
 from planner.mission.preparation import Recorder, make_plan, problem_of
-from planner.search import bound
 from planner.search.methods import METHODS, method_named
 
 

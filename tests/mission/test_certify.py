@@ -16,6 +16,7 @@ import pytest
 
 from grid_instance import grid_futures, grid_problem
 from planner.arrays import Floats
+from planner.bounds.certificate import Effort, certified, earliest, lower_limit
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Sensor, Track
@@ -28,7 +29,6 @@ from planner.mission.certificate_file import (
     write_certificate,
 )
 from planner.mission.plan_file import plan_content, write_plan
-from planner.search.certificate import Effort, certified, earliest, lower_limit
 from planner.search.plan import Plan, plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.mission.to_gap import MORE, Sides, planned_to_gap
 from planner.mission.trial import Trial
-from planner.search.certificate import Certificate
 from planner.search.plan import Plan, plan_of_legs, plan_of_wait
 from search_instances import random_problem
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation
 from planner.report import remarks
 from planner.report.tables import MethodRow
-from planner.search.certificate import Certificate
 
 
 def evaluation(seed: int, low_s: float) -> Evaluation:

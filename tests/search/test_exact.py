@@ -207,7 +207,7 @@ def test_more_orders_than_can_be_searched_are_refused() -> None:
 
 def test_the_earliest_meeting_is_physics() -> None:
     """At the time given the particle is in reach, at no sampled time before it was."""
-    from planner.search.kernels_exact import earliest_meeting
+    from planner.search.kernels.exact import earliest_meeting
 
     reached = 0
     for seed in range(40):
@@ -231,7 +231,7 @@ def test_the_earliest_meeting_is_physics() -> None:
 
 def test_no_completion_beats_its_bound() -> None:
     """For every first leg; some bounds of single particles are reached, so none is too low."""
-    from planner.search.kernels_exact import completion_bound, fly
+    from planner.search.kernels.exact import completion_bound, fly
 
     reached = 0
     for seed in range(30):

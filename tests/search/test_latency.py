@@ -14,10 +14,10 @@ import pytest
 
 from instances import grid, network_of_roads
 from planner.arrays import Floats
+from planner.bounds.certificate import Certificate, Effort, certified
 from planner.detection.track import Sensor
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
-from planner.search.certificate import Certificate, Effort, certified
 from planner.search.exact import best_order
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem, Uav

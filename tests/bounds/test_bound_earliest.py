@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
+from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.detection.first_detection import first_detection
-from planner.search.bound import fitting_bin_s, table_of
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from search_instances import random_problem

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Flags, Floats
+from planner.bounds.hops import Hops, hops_of, passes_over
+from planner.bounds.sighting_table import Arrivals, Bins, sightings_of
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Track
 from planner.errors import NotApplicableError
-from planner.search.hops import Hops, hops_of, passes_over
 from planner.search.problem import Problem
-from planner.search.sightings import Arrivals, Bins, sightings_of
 
 MOST_CELLS = 4_000_000  # hops times bins, of which a table is made
 Start = tuple[int, int, Floats]  # node, bin, reward of what is seen until there
@@ -51,7 +51,7 @@ class Table:
         prices
             One per particle, (N,) in units of reward, none below the floor.
         """
-        from planner.search.kernels_prices import dearest, worths
+        from planner.bounds.kernels.prices import dearest, worths
 
         asked = prices * self.weight
         worths(asked, self.world, self.worth, min(i for _, i, _ in self.starts))
@@ -76,7 +76,7 @@ class Table:
 
     def no_dearer(self, prices: Floats, start: Start) -> Floats:
         """Return prices lowered to the most that any sighting from a place on earns, (N,)."""
-        from planner.search.kernels_prices import best_sightings
+        from planner.bounds.kernels.prices import best_sightings
 
         best = np.zeros(len(prices))
         best_sightings(self.world[0], self._cell(start[1]), best)
@@ -94,7 +94,7 @@ class Table:
         floor
             As of the table, none lower than before.
         """
-        from planner.search.kernels_prices import narrowed
+        from planner.bounds.kernels.prices import narrowed
 
         least = np.where(unseen, floor * self.weight, np.inf)
         cell = self._cell(min(i for _, i, _ in starts))

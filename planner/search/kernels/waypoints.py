@@ -12,11 +12,11 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels import FuturesColumns, first_within, piece_at
+from planner.detection.kernels.closest_approach import FuturesColumns, first_within, piece_at
 from planner.jit import compiled
-from planner.search.kernels import reward_of
-from planner.search.kernels_crowd import Crowd, slab_at
-from planner.search.kernels_passages import Box, cell_range, padded
+from planner.search.kernels.cells import Crowd, slab_at
+from planner.search.kernels.passages import Box, cell_range, padded
+from planner.search.kernels.what_if import reward_of
 
 Piece: TypeAlias = tuple[float, float, float, float, float, float]  # from_s, x, y, vx, vy, to_s
 # x, y of where the UAV has to land, by when, when sightings end to count, the UAV's speed

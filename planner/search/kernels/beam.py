@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.jit import compiled
-from planner.search.kernels import Flights, World, fly_all, reward_of, score_all
-from planner.search.kernels_transits import Ends, Place
+from planner.search.kernels.transits import Ends, Place
+from planner.search.kernels.what_if import Flights, World, fly_all, reward_of, score_all
 
 # Per node: first (V + 1,), leg (Y,), which of the node's hops leads to the leg (Y,), -1: none.
 Ways: TypeAlias = tuple[Offsets, Ints, Ints]

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.jit import compiled
-from planner.search.kernels_motion import BEGIN, END, VX, VY, Motion, X, Y, nothing
+from planner.search.kernels.motion import BEGIN, END, VX, VY, Motion, X, Y, nothing
 
 # first (2 R + 1,), from_s, to_s, latest_s (M,), particle, its piece at from_s (M,): list r holds
 # those that move past road r, list R + r those that rest there; each by rising from_s, latest_s

@@ -10,10 +10,10 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels import FuturesColumns, last_at_or_before, piece_at
+from planner.detection.kernels.closest_approach import FuturesColumns, last_at_or_before, piece_at
 from planner.jit import compiled
-from planner.search.kernels_crowd import Crowd
-from planner.search.kernels_waypoints import (
+from planner.search.kernels.cells import Crowd
+from planner.search.kernels.waypoints import (
     LEFT,
     REWARD,
     SEEN,

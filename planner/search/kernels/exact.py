@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels import first_in_reach, first_within
+from planner.detection.kernels.closest_approach import first_in_reach, first_within
 from planner.jit import compiled
 
 FROM, X, Y, VX, VY, UNTIL = range(6)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from grid_instance import grid_futures, grid_problem
+from planner.bounds.hops import hops_of
+from planner.bounds.particle_prices import Table, fitting_bin_s, table_of
+from planner.bounds.subgradient import lowest
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Track
 from planner.errors import NotApplicableError
-from planner.search.bound import Table, fitting_bin_s, table_of
-from planner.search.hops import hops_of
 from planner.search.plan import plan_of_legs
-from planner.search.prices import lowest
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf

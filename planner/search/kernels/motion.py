@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels import FuturesColumns, first_within, piece_at
+from planner.detection.kernels.closest_approach import FuturesColumns, first_within, piece_at
 from planner.jit import compiled
 
 # pieces (K, 6) as below; first_piece (N + 1,); end_s (N,), from when on a particle is nowhere

@@ -10,11 +10,11 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels import last_at_or_before
+from planner.detection.kernels.closest_approach import last_at_or_before
 from planner.jit import compiled
-from planner.search.kernels_motion import END, Motion, met, nothing, piece_from
-from planner.search.kernels_passages import PassageColumns
-from planner.search.kernels_transits import (
+from planner.search.kernels.motion import END, Motion, met, nothing, piece_from
+from planner.search.kernels.passages import PassageColumns
+from planner.search.kernels.transits import (
     Chain,
     Ends,
     Place,

@@ -10,9 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels import FuturesColumns, last_at_or_before, piece_at
+from planner.detection.kernels.closest_approach import FuturesColumns, last_at_or_before, piece_at
 from planner.jit import compiled
-from planner.search.kernels_passages import Box, cell_range
+from planner.search.kernels.passages import Box, cell_range
 
 Slabs: TypeAlias = tuple[float, float, int]  # when the first begins, how long each is, how many
 # first (slabs x cells + 1,), particle, its knot at the slab's begin (M,)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels import first_within
+from planner.detection.kernels.closest_approach import first_within
 from planner.jit import compiled
 
 

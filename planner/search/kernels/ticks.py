@@ -5,10 +5,10 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
-from planner.detection.kernels import FuturesColumns, last_at_or_before, piece_at
+from planner.detection.kernels.closest_approach import FuturesColumns, last_at_or_before, piece_at
 from planner.jit import compiled
-from planner.search.kernels import LegColumns
-from planner.search.kernels_transits import Place
+from planner.search.kernels.transits import Place
+from planner.search.kernels.what_if import LegColumns
 
 Ticks: TypeAlias = tuple[Floats, Floats, Floats]  # time_s, x_m, y_m of the UAV at each look
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.jit import compiled
-from planner.search.kernels_motion import (
+from planner.search.kernels.motion import (
     BEGIN,
     END,
     VX,
@@ -24,7 +24,7 @@ from planner.search.kernels_motion import (
     piece_from,
     place_in,
 )
-from planner.search.kernels_passages import padded
+from planner.search.kernels.passages import padded
 
 Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
 # Ends of transits by rising bearing: bearing (E,), unit vector there (E, 2), seconds there (E,).

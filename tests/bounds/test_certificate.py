@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from grid_instance import grid_futures, grid_problem
+from planner.bounds.certificate import Certificate, Effort, certified
 from planner.detection.first_detection import first_detection
-from planner.search.certificate import Certificate, Effort, certified
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.rate import rate_order

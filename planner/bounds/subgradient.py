@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.arrays import Floats
-from planner.search.bound import Table
+from planner.bounds.particle_prices import Table
 
 PATIENCE = 8  # steps without a lower bound, after which they grow shorter
 SHORTER, INERTIA = 0.7, 0.7

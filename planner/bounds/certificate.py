@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.arrays import Floats
+from planner.bounds.branch_and_bound import Beginning, Search
+from planner.bounds.particle_prices import fitting_bin_s, table_of
+from planner.bounds.sighting_table import pieces_of
 from planner.detection.first_detection import first_detection
-from planner.search.bound import fitting_bin_s, table_of
-from planner.search.branches import Beginning, Search
 from planner.search.plan import Plan
 from planner.search.problem import Problem
-from planner.search.sightings import pieces_of
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a beginning
@@ -100,7 +100,7 @@ def earliest(problem: Problem) -> Floats:
     The circle around the take-off's place with the detection radius grows with the UAV's speed;
     a particle can be seen from when on it is inside.
     """
-    from planner.detection.kernels import first_in_reach
+    from planner.detection.kernels.closest_approach import first_in_reach
 
     uav, seen_at = problem.uavs[0], np.full(len(problem.futures), np.inf)
     pieces, who = pieces_of(problem.futures)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
+from planner.bounds.branch_and_bound import Search
+from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.detection.first_detection import first_detection
 from planner.detection.track import Sensor, Track
 from planner.network.road_network import RoadNetwork
-from planner.search.bound import fitting_bin_s, table_of
-from planner.search.branches import Search
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem, Uav
 from search_instances import driven, random_network, strayed

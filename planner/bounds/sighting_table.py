@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
+from planner.bounds.hops import Hops
 from planner.futures.futures import Futures
-from planner.search.hops import Hops
 from planner.search.problem import Problem
 
 ROUNDING = 1e-9  # of a bin, by which a hop may seem to end in the next one
@@ -59,7 +59,7 @@ class Arrivals:
 
 def sightings_of(problem: Problem, hops: Hops, bins: Bins, arrivals: Arrivals) -> Any:
     """Return the sightings that earn something as ``kernels_prices`` takes them."""
-    from planner.search.kernels_prices import by_bin
+    from planner.bounds.kernels.prices import by_bin
 
     first, particle, reward, sure = _by_hop(problem, hops, bins)
     known = _known(hops, arrivals, (first, particle), sure, bins)
@@ -71,7 +71,7 @@ def _by_hop(problem: Problem, hops: Hops, bins: Bins) -> tuple[Ints, Ints, Float
 
     First (hops * bins + 1,), particle (M,), reward times weight (M,), sure (legs, bins, N / 8).
     """
-    from planner.search.kernels_hops import listed, sweep
+    from planner.bounds.kernels.hops import listed, sweep
 
     pieces, who = pieces_of(problem.futures)
     objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
@@ -100,8 +100,8 @@ def _known(
     hops: Hops, arrivals: Arrivals, sightings: tuple[Ints, Ints], sure: Ints, bins: Bins
 ) -> Ints:
     """Return for each sighting after which legs before the hop its particle is surely seen."""
-    from planner.search.kernels_hops import known_after
-    from planner.search.kernels_prices import REMEMBERED
+    from planner.bounds.kernels.hops import known_after
+    from planner.bounds.kernels.prices import REMEMBERED
 
     first, particle = sightings
     known = np.zeros(len(particle), dtype=np.uint8)

@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from planner.arrays import Flags, Floats
-from planner.search.bound import Start, Table, first_flights
-from planner.search.hops import hops_of
-from planner.search.prices import lowest
+from planner.bounds.hops import hops_of
+from planner.bounds.particle_prices import Start, Table, first_flights
+from planner.bounds.sighting_table import pieces_of
+from planner.bounds.subgradient import lowest
 from planner.search.problem import Problem
-from planner.search.sightings import pieces_of
 
 Place = tuple[int, float, Floats]  # node, time, reward of what is seen until there
 Beginning = tuple[int, ...]  # number of the first flight, then hops; () is before take-off
@@ -45,7 +45,7 @@ class Flights:
 
     def further(self, at: Place, hop: int) -> Place:
         """Return node, time and reward after one more hop."""
-        from planner.search.kernels_hops import sweep
+        from planner.bounds.kernels.hops import sweep
 
         _, at_s, reward = at
         seen_at = np.full((1, len(reward)), np.inf)
