@@ -8,7 +8,7 @@ import numpy as np
 from planner.arrays import Floats, Offsets, freeze
 
 if TYPE_CHECKING:
-    from planner.scenario_values import DistributionSection
+    from planner.scenario.values import DistributionSection
 
 
 class Distribution(Protocol):

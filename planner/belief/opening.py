@@ -11,10 +11,10 @@ from planner.belief.turn_file import read_turns
 from planner.errors import InputError, PlannerError, ScenarioError
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario import Scenario, TargetSection, UavSection
-from planner.scenario_checks import about, probability_fault
-from planner.scenario_draft import Draft, read_draft
-from planner.scenario_values import NodeLanding, NodeStart, PointStart, UavStart
+from planner.scenario.checks import about, probability_fault
+from planner.scenario.draft import Draft, read_draft
+from planner.scenario.sections import Scenario, TargetSection, UavSection
+from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
 from planner.wording import shown, suggestion
 
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
@@ -48,7 +48,7 @@ def open_scenario(
     Parameters
     ----------
     place, preset, overrides
-        As `planner.scenario_draft.read_draft` takes them.
+        As `planner.scenario.draft.read_draft` takes them.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from planner.belief.particles import Driving
 from planner.network.road_network import RoadNetwork
 
 if TYPE_CHECKING:
-    from planner.scenario import TargetSection
+    from planner.scenario.sections import TargetSection
 
 Turns = dict[str, dict[str, float]]  # from an edge to an edge, the probability
 

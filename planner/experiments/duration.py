@@ -11,8 +11,8 @@ from planner.errors import PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.met import enumerated
 from planner.mission.preparation import JUDGES
-from planner.scenario import Scenario
-from planner.scenario_draft import read_scenario
+from planner.scenario.draft import read_scenario
+from planner.scenario.sections import Scenario
 from planner.search.methods import method_named
 
 # Measured on one core of an ordinary server; another machine may take twice or half as long.

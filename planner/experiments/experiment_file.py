@@ -14,9 +14,9 @@ from planner.experiments.results import METRICS
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
 from planner.mission.preparation import FRESH_TARGETS
-from planner.scenario import TargetSection
-from planner.scenario_draft import read_draft
-from planner.scenario_source import scenario_path
+from planner.scenario.draft import read_draft
+from planner.scenario.sections import TargetSection
+from planner.scenario.source import scenario_path
 from planner.search.methods import method_named
 from planner.wording import shown, suggestion
 

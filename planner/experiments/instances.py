@@ -17,7 +17,7 @@ from planner.files import shipped
 from planner.futures.futures import Futures
 from planner.mission.preparation import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
-from planner.scenario_source import scenario_path
+from planner.scenario.source import scenario_path
 from planner.search.plan import plan_of_legs
 
 HOME, FILE = "grid5x5", "instances.toml"

@@ -12,7 +12,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.conduct import Outcome, reason_of
 from planner.files import write_json
 from planner.provenance import versions
-from planner.scenario_draft import read_scenario
+from planner.scenario.draft import read_scenario
 
 MADE_BY = ("planner", "sumo", "numpy")  # other versions of these may give other results
 CONDITIONS, TIMINGS = "conditions", "timings"  # folders of one file for each condition

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.belief.distribution import Listed, Normal, Uniform, chosen, distribution
-from planner.scenario_values import DistributionSection
+from planner.scenario.values import DistributionSection
 
 U = np.linspace(0, 1, 101)[:-1]
 

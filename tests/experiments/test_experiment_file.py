@@ -12,7 +12,7 @@ from planner.errors import InputError
 from planner.experiments.condition import toml_text
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
-from planner.scenario_source import read_source
+from planner.scenario.source import read_source
 
 SOUND = """
 scenario = "figure3"

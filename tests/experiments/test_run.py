@@ -29,7 +29,7 @@ from planner.experiments.run import run, run_all
 from planner.mission.preparation import Recorder
 from planner.mission.trial import try_method
 from planner.provenance import versions
-from planner.scenario_source import read_source
+from planner.scenario.source import read_source
 from planner.search.methods import method_named
 
 TEXT = """

@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from planner.clock import seconds
-from planner.scenario_checks import distribution_fault
+from planner.scenario.checks import distribution_fault
 from planner.wording import shown
 
 LONGEST_S = 1e9  # thirty years

@@ -8,8 +8,8 @@ import pytest
 
 from planner.clock import seconds
 from planner.errors import InputError, ScenarioError
-from planner.scenario_draft import read_draft, read_scenario
-from planner.scenario_values import NodeStart, PointStart
+from planner.scenario.draft import read_draft, read_scenario
+from planner.scenario.values import NodeStart, PointStart
 
 SMALL = """
 [network]

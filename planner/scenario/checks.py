@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from planner.wording import shown
 
 if TYPE_CHECKING:
-    from planner.scenario import (
+    from planner.scenario.sections import (
         NetworkSection,
         SearchSection,
         TargetSection,
         UavSection,
     )
-    from planner.scenario_values import DistributionSection
+    from planner.scenario.values import DistributionSection
 
 SUM_TOLERANCE = 1e-6  # three thirds written with seven digits are one
 FARTHEST_SD = 6.0  # a cut normal farther out than this has hardly any probability left

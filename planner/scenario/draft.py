@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from planner import scenario_checks as checks
 from planner.errors import ScenarioError
-from planner.scenario import (
+from planner.scenario import checks
+from planner.scenario.faults import fault_lines
+from planner.scenario.sections import (
     SECTIONS,
     GreedySection,
     NetworkSection,
@@ -22,9 +23,8 @@ from planner.scenario import (
     TargetSection,
     UavSection,
 )
-from planner.scenario_faults import fault_lines
-from planner.scenario_source import Source, read_source
-from planner.scenario_values import Section
+from planner.scenario.source import Source, read_source
+from planner.scenario.values import Section
 from planner.wording import shown, suggestion
 
 log = logging.getLogger(__name__)

@@ -1,6 +1,6 @@
 """A scenario: the file a person edits, as frozen sections of checked values.
 
-`planner.scenario_draft` reads them from ``scenario.toml``; `planner.belief.opening` opens the
+`planner.scenario.draft` reads them from ``scenario.toml``; `planner.belief.opening` opens the
 network with them.
 """
 
@@ -10,8 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from planner.scenario_source import FILE
-from planner.scenario_values import (
+from planner.scenario.source import FILE
+from planner.scenario.values import (
     Distances,
     DistributionSection,
     NotNegative,

@@ -1,0 +1,1 @@
+"""What a person writes about a search: read, checked, its faults told together."""
