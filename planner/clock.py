@@ -4,7 +4,7 @@ import datetime
 import re
 
 from planner.errors import InputError
-from planner.wording import shown
+from planner.messages import shown
 
 
 def seconds(value: object) -> float:

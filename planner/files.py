@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import OutputError
-from planner.stopping import undone_if_stopped
+from planner.interrupts import undone_if_stopped
 
 
 @contextmanager

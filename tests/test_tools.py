@@ -90,6 +90,8 @@ def test_verdict(paper_table: Any) -> None:
 
 
 def evaluation(value_s: float) -> Any:
-    from planner import Evaluation
+    from planner import Evaluation, Objective
 
-    return Evaluation(np.full(10, value_s), np.full(10, 0.1), np.full(10, np.inf), 10000.0)
+    return Evaluation(
+        np.full(10, value_s), np.full(10, 0.1), np.full(10, np.inf), Objective(10000.0)
+    )

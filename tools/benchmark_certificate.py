@@ -17,8 +17,9 @@ import numpy as np
 import planner
 from planner.bounds.certificate import Effort, certified
 from planner.detection.first_detection import first_detection
+from planner.flight.plan import Plan
 from planner.search.best import best
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.streams import stream
 

@@ -14,10 +14,10 @@ from benchmark_ways import U0_KM  # the file beside this one
 
 from planner import GreedyOptions, Problem, Recorder, evaluate, greedy, make_plan, method_named
 from planner import open_scenario as open_any
-from planner.mission.preparation import budget_of, problem_of
+from planner.mission.recorder import budget_of, problem_of
 from planner.search.exact import best_order
-from planner.search.state import SearchState, candidate_legs
-from planner.search.what_if import WhatIf, world_of
+from planner.search.problem import candidate_legs
+from planner.search.what_if import WhatIf, index_of, indexed
 
 ROOT = Path(__file__).resolve().parents[1]
 NO_CHANCE = np.random.default_rng(0)  # what greedy draws from: nothing
@@ -65,7 +65,7 @@ def small_nets(repeats: int) -> Iterator[Check]:
                 best_order(problem, roads)
                 took_s.append(time.thread_time() - begun_s)
             plan = make_plan(method_named("best"), opened, recorder, particles)
-            value = evaluate(plan.tracks, particles, problem.sensor, problem.horizon_s)
+            value = evaluate(plan.tracks, particles, problem.sensor, problem.objective)
             title = f"{name}{variant}"
             expected_s = value.expected_detection_time_s
             yield Check(f"{title}: best against the optimum", expected_s, optimum + 1e-6)
@@ -82,7 +82,7 @@ def engine(repeats: int) -> Iterator[Check]:
         options = GreedyOptions(**opened.scenario.greedy.model_dump())
         plan = partial(greedy, problem, budget=budget_of(opened), rng=NO_CHANCE, options=options)
         plan_s = _median_s(plan, repeats)
-        index_s = _median_s(partial(world_of, problem), repeats)
+        index_s = _median_s(partial(index_of, problem), repeats)
         at_node[u0_km] = 1000 * _scoring_s(problem, repeats)
         yield Check(f"u0 {u0_km} km: score all legs from a node", at_node[u0_km], 0.5, "ms")
         yield Check(f"u0 {u0_km} km: plan of 16 roads", 1000 * plan_s, 3.0, "ms")
@@ -95,7 +95,7 @@ def engine(repeats: int) -> Iterator[Check]:
     )
     wide = wide.replace(network=import_module("instances").grid(24, 24))
     few_s, many_s, wide_s = (_scoring_s(problem, repeats) for problem in (few, many, wide))
-    bytes_few, bytes_many = (_bytes_of(problem.world) for problem in (few, many))
+    bytes_few, bytes_many = (_bytes_of(indexed(problem)) for problem in (few, many))
     yield Check("16 times the particles: time per particle", many_s / few_s / 16, 1.5, "times")
     yield Check("16 times the particles: memory each", bytes_many / bytes_few / 16, 1.1, "times")
     legs = len(wide.legs) / len(few.legs)
@@ -104,10 +104,10 @@ def engine(repeats: int) -> Iterator[Check]:
 
 def _scoring_s(problem: Problem, repeats: int) -> float:
     """Return the seconds of one scoring of all legs from the first node after take-off."""
-    at_start, made = SearchState.at_start(problem), WhatIf(problem)
+    at_start, made = problem.first_state, WhatIf(problem)
     legs = candidate_legs(problem, at_start)
     flights = made.fly(at_start, legs[:1])
-    state = at_start.after(problem, int(legs[0]), flights.seen(0, len(problem.futures)))
+    state = at_start.after(problem.legs, int(legs[0]), flights.seen(0, len(problem.futures)))
     return _median_s(lambda: made.score(state, legs), repeats)
 
 

@@ -33,10 +33,10 @@ from planner import (
 )
 from planner import open_scenario as open_any
 from planner.arrays import Floats
-from planner.detection.evaluation import NORMAL_95
 from planner.errors import PlannerError
 from planner.files import written_whole
-from planner.mission.preparation import problem_of
+from planner.intervals import NORMAL_95
+from planner.mission.recorder import problem_of
 from planner.report.progress import progress
 from planner.report.tables import console
 
@@ -106,7 +106,7 @@ def _fly(task: tuple[Way, int, int, int]) -> Flown:
     took_s = time.thread_time() - begun_s
     problem = problem_of(opened, particles)
     planned, flown = (
-        evaluate(plan.tracks, some, problem.sensor, problem.horizon_s)
+        evaluate(plan.tracks, some, problem.sensor, problem.objective)
         for some in (particles, _fresh(targets, 1))
     )
     return Flown(

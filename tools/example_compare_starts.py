@@ -22,10 +22,10 @@ def main(scenario: str = "grid5x5", *kilometres: str) -> None:
     print("start, km   expected detection, s   found")
     for start_km in map(float, kilometres or ("0", "60", "120", "180")):
         aside_m = start_km * 1000 / 2**0.5
-        uav = replace(problem.uavs[0], x_m=x_m - aside_m, y_m=y_m + aside_m)
-        case = problem.replace(uavs=(uav,))
+        uav = replace(problem.uav, x_m=x_m - aside_m, y_m=y_m + aside_m)
+        case = problem.replace(uav=uav)
         plan = planner.greedy(case, budget=budget, rng=planner.stream(1, "example"))
-        flown = planner.fly(plan, targets, case.sensor, horizon_s=case.horizon_s).evaluation
+        flown = planner.fly(plan, targets, case.sensor, case.objective).evaluation
         mean_s, found = flown.expected_detection_time_s, flown.detection_probability
         print(f"{start_km:9.0f}   {mean_s:21,.0f}   {found:5.1%}")
 

@@ -19,7 +19,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
     plan = planner.greedy(problem, budget=budget, rng=planner.stream(1, "example"))
 
     targets = recorder.truths(200, seed=1).futures
-    flown = planner.fly(plan, targets, problem.sensor, horizon_s=problem.horizon_s).evaluation
+    flown = planner.fly(plan, targets, problem.sensor, problem.objective).evaluation
     low_s, high_s = flown.ci95_s
     print(f"expected detection time {flown.expected_detection_time_s:,.0f} s", end=" ")
     print(f"({low_s:,.0f} to {high_s:,.0f}); found {flown.detection_probability:.0%}")
@@ -29,7 +29,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
         rows = csv.writer(file)
         rows.writerow(["time_s", "x_m", "y_m", "altitude_m"])
         for time_s, x_m, y_m in zip(track.time_s, track.x_m, track.y_m, strict=True):
-            rows.writerow([f"{time_s:.2f}", f"{x_m:.2f}", f"{y_m:.2f}", problem.uavs[0].altitude_m])
+            rows.writerow([f"{time_s:.2f}", f"{x_m:.2f}", f"{y_m:.2f}", problem.uav.altitude_m])
     print(f"{len(track.time_s)} waypoints in {output}")
 
 

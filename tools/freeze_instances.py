@@ -24,7 +24,7 @@ from planner.experiments.instances import (
     read_instances,
 )
 from planner.files import written_whole
-from planner.mission.preparation import budget_of, problem_of
+from planner.mission.recorder import budget_of, problem_of
 from planner.search.beam import judged
 from planner.search.plan import plan_of_legs
 

@@ -22,7 +22,8 @@ from planner import Evaluation, Futures, Opened, Recorder, evaluate, make_plan, 
 from planner import open_scenario as open_any
 from planner.errors import PlannerError
 from planner.files import written_whole
-from planner.mission.preparation import problem_of
+from planner.intervals import NORMAL_95
+from planner.mission.recorder import problem_of
 from planner.report.progress import Told, progress
 from planner.report.tables import console
 
@@ -39,7 +40,6 @@ U0_KM = (0, 60, 120, 180, 300, 500, 700)
 SETTING = ("sensor.radius_m=500", "uav.take_off_s=0", "search.depth=16", "search.horizon_s=10000")
 REFERENCE_TARGETS = 20_000  # what the reference values were evaluated on
 REFERENCE_SEEDS = 10
-NORMAL_95 = 1.96
 ROUNDING_S = 0.5  # reference values are whole seconds
 
 
@@ -179,7 +179,7 @@ def measured(row: Row, u0_km: int, planning: Sequence[Futures], fresh: Futures) 
 def _evaluated(row: Row, opened: Opened, fresh: Futures, futures: Futures) -> Evaluation:
     plan = make_plan(method_named(row.method), opened, Recorder(opened), futures)
     problem = problem_of(opened, futures)
-    return evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
+    return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 
 
 def cells(wanted: argparse.Namespace) -> Iterator[Cell]:

@@ -20,9 +20,9 @@ from planner.belief.routes import (
 )
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.errors import InputError
+from planner.messages import shown, suggestion
 from planner.network.road_network import RoadNetwork
 from planner.scenario.values import FASTEST_MPS
-from planner.wording import shown, suggestion
 
 Sampling = Literal["iid", "sobol", "all"]
 LARGEST_SEED = 2**31 - 1

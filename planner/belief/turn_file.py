@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from planner.belief.prior import Turns
 from planner.errors import InputError
-from planner.wording import shown
+from planner.messages import shown
 
 
 def read_turns(path: Path) -> Turns:

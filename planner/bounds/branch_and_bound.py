@@ -79,7 +79,7 @@ class Search:
     ) -> None:
         self._root, self._flights, self._weight = table, Flights(problem), problem.futures.weight
         self._most = float(problem.objective.reward(np.array(table.bins.first_s)))
-        self._deadline = problem.by_s is not None
+        self._deadline = problem.objective.by_s is not None
         self._value, self._stop, self.stopped = value, stop, False
         self._open: list[tuple[float, int, Beginning, Floats]] = []
         self._number = itertools.count()

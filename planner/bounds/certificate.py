@@ -12,7 +12,7 @@ from planner.bounds.branch_and_bound import Beginning, Search
 from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.bounds.sighting_table import pieces_of
 from planner.detection.first_detection import first_detection
-from planner.search.plan import Plan
+from planner.flight.plan import Plan
 from planner.search.problem import Problem
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
@@ -102,7 +102,7 @@ def earliest(problem: Problem) -> Floats:
     """
     from planner.detection.kernels.closest_approach import first_in_reach
 
-    uav, seen_at = problem.uavs[0], np.full(len(problem.futures), np.inf)
+    uav, seen_at = problem.uav, np.full(len(problem.futures), np.inf)
     pieces, who = pieces_of(problem.futures)
     for (from_s, to_s, x, y, vx, vy), k in zip(pieces.tolist(), who.tolist(), strict=True):
         begin_s = max(from_s, uav.take_off_s)
@@ -114,17 +114,3 @@ def earliest(problem: Problem) -> Floats:
         if begin_s + after_s <= to_s:
             seen_at[k] = begin_s + after_s
     return seen_at
-
-
-def lower_limit(bounds: Floats) -> float:
-    """Return the 95 % lower confidence limit of the true optimum from bounds of independent sets.
-
-    The expected bound of a random set is never above the optimum for the whole distribution (Mak,
-    Morton and Wood 1999); Student's t takes the bounds' scatter into account. For a probability
-    it is the upper limit that is wanted: hand over the negative bounds.
-    """
-    from scipy.stats import t
-
-    many = len(bounds)
-    spread = float(np.std(bounds, ddof=1)) / math.sqrt(many)
-    return float(np.mean(bounds)) - float(t.ppf(0.95, many - 1)) * spread

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets, freeze
-from planner.search.problem import Legs, Problem
+from planner.flight.legs import Legs
+from planner.search.problem import Problem
 
 Segments = list[tuple[float, float, float, float, float, float]]
 

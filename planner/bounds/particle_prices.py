@@ -24,8 +24,8 @@ from planner.arrays import Flags, Floats
 from planner.bounds.hops import Hops, hops_of, passes_over
 from planner.bounds.sighting_table import Arrivals, Bins, sightings_of
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Track
 from planner.errors import NotApplicableError
+from planner.flight.track import Track
 from planner.search.problem import Problem
 
 MOST_CELLS = 4_000_000  # hops times bins, of which a table is made
@@ -120,7 +120,7 @@ def table_of(problem: Problem, bin_s: float) -> Table:
     NotApplicableError
         If the net is too large, or a bin too long for the sensor to be sure of anything.
     """
-    if problem.uavs[0].return_to_m is not None:
+    if problem.uav.return_to_m is not None:
         raise NotApplicableError(
             "no bound is known for road plans that have to come home; leave out uav.return_to"
         )
@@ -132,7 +132,7 @@ def table_of(problem: Problem, bin_s: float) -> Table:
         )
     flights = first_flights(problem)
     first_s = min(at_s for _, at_s, _ in flights)
-    ends_s = min(problem.objective.ends_s, problem.uavs[0].landing_s)
+    ends_s = min(problem.objective.ends_s, problem.uav.landing_s)
     bins = Bins(first_s, bin_s, max(1, int(np.ceil((ends_s - first_s) / bin_s)) + 1))
     _check(hops, bins)
     arrivals = Arrivals.of(hops, nodes)
@@ -176,7 +176,7 @@ def first_flights(problem: Problem) -> list[tuple[int, float, Floats]]:
 
     Where the UAV takes off at a node, that is the only one: all other flights are hops.
     """
-    uav, xy = problem.uavs[0], problem.network.node_xy_m
+    uav, xy = problem.uav, problem.network.node_xy_m
     start_m, flights = np.array([uav.x_m, uav.y_m]), []
     here = np.flatnonzero(np.all(xy == start_m, axis=1))[:1]
     for node in here if len(here) else range(len(xy)):

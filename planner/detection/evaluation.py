@@ -8,10 +8,11 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, freeze
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.track import Track
 from planner.futures.futures import Futures
-
-NORMAL_95 = 1.959963984540054  # the 97.5 % point of the standard normal distribution
+from planner.intervals import NORMAL_95, share_interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +26,7 @@ class Evaluation:
     seen_at: Floats  # (N,) seconds on the target's clock, inf: never
     weight: Floats  # (N,) probability
     end_s: Floats  # (N,) seconds, when the target reaches its goal; -inf: never sets out
-    horizon_s: float  # what a target not found by then counts as; takes infinity's place
-    by_s: float | None = None  # the deadline, if the search was for finding the target by then
+    objective: Objective
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
@@ -34,13 +34,16 @@ class Evaluation:
 
     @cached_property
     def time_s(self) -> Floats:
-        """What each target counts as: min(seen time, horizon), (N,) seconds."""
-        return np.minimum(self.seen_at, self.horizon_s)
+        """What each target counts as: min(seen time, horizon), (N,) seconds.
+
+        The horizon takes infinity's place.
+        """
+        return np.minimum(self.seen_at, self.objective.horizon_s)
 
     @cached_property
     def found(self) -> Flags:
         """Which targets are found by the horizon, (N,)."""
-        return np.asarray(self.seen_at <= self.horizon_s)
+        return np.asarray(self.seen_at <= self.objective.horizon_s)
 
     @property
     def absent_probability(self) -> float:
@@ -50,18 +53,17 @@ class Evaluation:
     @property
     def figure(self) -> float:
         """What the search was for: expected seconds, or the probability by the deadline."""
-        if self.by_s is None:
-            return self.expected_detection_time_s
-        return self.found_by_probability(self.by_s)
+        by_s = self.objective.by_s
+        return self.expected_detection_time_s if by_s is None else self.found_by_probability(by_s)
 
     def is_better(self, other: "Evaluation") -> bool:
         """Tell whether this is a better figure than another search's for the same."""
-        return self.figure < other.figure if self.by_s is None else self.figure > other.figure
+        return self.objective.is_better(self.figure, other.figure)
 
     @property
     def expected_detection_time_s(self) -> float:
         """E[min(tau, horizon)], seconds; the objective of line 28 of Figure 6."""
-        return float(self.weight @ self.time_s) + self.absent_probability * self.horizon_s
+        return float(self.weight @ self.time_s) + self.absent_probability * self.objective.horizon_s
 
     @property
     def detection_probability(self) -> float:
@@ -92,16 +94,42 @@ class Evaluation:
         """
         present = float(self.weight.sum())
         if present <= 0.0:
-            return self.horizon_s, self.horizon_s
+            return self.objective.horizon_s, self.objective.horizon_s
         share = self.weight / present
         draws = 1.0 / float(share @ share)
         if draws < 2.0 - 1e-9:
-            return 0.0, self.horizon_s
+            return 0.0, self.objective.horizon_s
         deviation = self.time_s - share @ self.time_s
         variance = draws / (draws - 1.0) * float(share**2 @ deviation**2)
         half_width = NORMAL_95 * present * float(np.sqrt(variance))
         middle = self.expected_detection_time_s
         return middle - half_width, middle + half_width
+
+    @property
+    def found_interval(self) -> tuple[float, float]:
+        """95 % interval of the probability that the target is found.
+
+        The probability that there is a target is known, not drawn; only what happens to those
+        that are there is uncertain.
+        """
+        return self._interval(self.detection_probability)
+
+    @property
+    def found_before_goal_interval(self) -> tuple[float, float]:
+        """95 % interval of the probability that it is found before it reaches its goal."""
+        return self._interval(self.found_before_goal_probability)
+
+    def found_by_interval(self, time_s: float) -> tuple[float, float]:
+        """Return the 95 % interval of the probability that it is found by a time, seconds."""
+        return self._interval(self.found_by_probability(time_s))
+
+    def _interval(self, probability: float) -> tuple[float, float]:
+        present = float(self.weight.sum())
+        if present <= 0:
+            return 0.0, 0.0
+        draws = present**2 / float(self.weight @ self.weight)
+        low, high = share_interval(min(1.0, probability / present), draws)
+        return low * present, high * present
 
     def curve(self) -> tuple[Floats, Floats]:
         """Return the detection curve: rising times (M,), seconds, and the probability by each.
@@ -115,21 +143,10 @@ class Evaluation:
 
 
 def evaluate(
-    tracks: Sequence[Track],
-    futures: Futures,
-    sensor: Sensor,
-    horizon_s: float,
-    *,
-    by_s: float | None = None,
+    tracks: Sequence[Track], futures: Futures, sensor: Sensor, objective: Objective
 ) -> Evaluation:
-    """Return what flights achieve together against futures: each target's earliest sighting.
-
-    Parameters
-    ----------
-    by_s
-        The deadline if the objective is to find the target by then; it is kept for reports.
-    """
+    """Return what flights achieve together against futures: each target's earliest sighting."""
     seen_at = np.full(len(futures), np.inf)
     for track in tracks:
         np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
-    return Evaluation(seen_at, futures.weight, futures.end_s, horizon_s, by_s)
+    return Evaluation(seen_at, futures.weight, futures.end_s, objective)

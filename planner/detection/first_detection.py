@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.arrays import Flags, Floats, Offsets
-from planner.detection.track import Track
+from planner.flight.track import Track
 from planner.futures.futures import Futures
 
 

@@ -37,3 +37,7 @@ class Objective:
     def value(self, reward: float) -> float:
         """Return the objective's own figure for an expected reward: seconds, or a probability."""
         return reward if self.by_s is not None else self.horizon_s - reward
+
+    def is_better(self, one: float, other: float) -> bool:
+        """Tell whether one figure of the objective is better than another."""
+        return one < other if self.by_s is None else one > other

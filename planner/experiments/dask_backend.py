@@ -8,14 +8,18 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import Outcome
-from planner.experiments.pool import TRIES, Conduct, Done, retried
+from planner.experiments.processes import TRIES, Done, RunCondition, retried
+from planner.experiments.run_condition import Outcome
 
 CONNECT_S = 10.0  # to wait for a scheduler to answer
 
 
-def conducted_by_dask(
-    conduct: Conduct, conditions: Sequence[Condition], workers: int, *, address: str | None = None
+def by_dask(
+    run_one: RunCondition,
+    conditions: Sequence[Condition],
+    workers: int,
+    *,
+    address: str | None = None,
 ) -> Iterator[Done]:
     """Yield conditions as Dask has them done, with what came of them.
 
@@ -52,7 +56,7 @@ def conducted_by_dask(
             place = stack.enter_context(cluster)
         client = stack.enter_context(_connected(dask.Client, place))
         flying = {
-            client.submit(conduct, one, key=f"condition-{one.id}", retries=TRIES): one
+            client.submit(run_one, one, key=f"condition-{one.id}", retries=TRIES): one
             for one in conditions
         }
         for done in dask.as_completed(list(flying), loop=client.loop):

@@ -9,8 +9,8 @@ from typing import Any
 
 from planner.errors import PlannerError
 from planner.experiments.condition import Condition
-from planner.experiments.met import enumerated
-from planner.mission.preparation import JUDGES
+from planner.experiments.target_sets import enumerated
+from planner.mission.recorder import JUDGES
 from planner.scenario.draft import read_scenario
 from planner.scenario.sections import Scenario
 from planner.search.methods import method_named

@@ -10,9 +10,9 @@ from typing import Any
 from planner.errors import InputError
 from planner.experiments.condition import Condition, toml_text
 from planner.experiments.target_set import TargetSet
+from planner.messages import shown, suggestion
 from planner.scenario.draft import read_draft
 from planner.search.methods import METHODS
-from planner.wording import shown, suggestion
 
 METHOD, SEED, BLOCK = "method", "seed", "block"
 PARTICLES = "search.particles"

@@ -8,17 +8,17 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.experiments.condition import toml_text
-from planner.experiments.conduct import STUDIES
 from planner.experiments.experiment import METHOD, Experiment
 from planner.experiments.results import METRICS
+from planner.experiments.run_condition import NO_STUDIES, Studies
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
-from planner.mission.preparation import FRESH_TARGETS
+from planner.messages import shown, suggestion
+from planner.mission.recorder import FRESH_TARGETS
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import TargetSection
 from planner.scenario.source import scenario_path
 from planner.search.methods import method_named
-from planner.wording import shown, suggestion
 
 OF_A_BLOCK = ("factors", "set", "replicates")
 KNOWN = (
@@ -60,8 +60,13 @@ def experiment_path(place: str | Path) -> Path:
     )
 
 
-def read_experiment(place: str | Path) -> Experiment:
+def read_experiment(place: str | Path, studies: Studies = NO_STUDIES) -> Experiment:
     """Return the experiment in a file.
+
+    Parameters
+    ----------
+    studies
+        By name, those that it may run in place of methods.
 
     Raises
     ------
@@ -72,7 +77,7 @@ def read_experiment(place: str | Path) -> Experiment:
     table = _parsed(path)
     _refuse_unknown(path, "", table, KNOWN)
     blocks = _blocks(path, table)
-    whole = _whole(path, table)
+    whole = _whole(path, table, studies)
     parts = [_block(whole, table, block) for block in blocks]
     experiment = replace(parts[0], more=tuple(parts[1:]))
     for part in parts:
@@ -95,12 +100,12 @@ def _refuse_unknown(path: Path, within: str, table: Table, known: tuple[str, ...
             raise InputError(f"{path}: {within}{key}: is not a known key; {suggestion(key, known)}")
 
 
-def _whole(path: Path, table: Table) -> Experiment:
+def _whole(path: Path, table: Table, studies: Studies) -> Experiment:
     """Return what all blocks share."""
     scenario = _text(path, table, "scenario")
     study = _text(path, table, "study", default="-").strip("-")
-    if study and study not in STUDIES:
-        raise InputError(f"{path}: study: {study} is unknown; {suggestion(study, STUDIES)}")
+    if study and study not in studies:
+        raise InputError(f"{path}: study: {study} is unknown; {suggestion(study, studies)}")
     sets = _sets(path, table.get("sets", {}))
     return Experiment(
         path=path,

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from planner.belief.opening import Opened, open_scenario
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
 from planner.files import shipped
 from planner.futures.futures import Futures
-from planner.mission.preparation import FRESH_TARGETS, problem_of
+from planner.mission.opening import Opened, open_scenario
+from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.scenario.source import scenario_path
 from planner.search.plan import plan_of_legs
@@ -134,7 +134,7 @@ def flown_again(instance: Instance, opened: Opened, fresh: Futures) -> Evaluatio
     """
     problem = problem_of(opened, fresh)
     plan = plan_of_legs(problem, "best known", legs_of(opened.network, instance.plan))
-    return evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
+    return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 
 
 def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
@@ -153,7 +153,7 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
         found = certified(problem, plan, Effort(steps=steps))
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
-        flown = evaluate(plan.tracks, futures, problem.sensor, problem.horizon_s)
+        flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         least_s = np.minimum(earliest(problem), problem.horizon_s)
         bound_s = float(futures.weight @ least_s)
         return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))

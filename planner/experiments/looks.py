@@ -12,9 +12,10 @@ import numpy as np
 
 from planner.arrays import Floats, freeze
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor, Track
-from planner.experiments.cuts import after
+from planner.detection.sensor import Sensor
+from planner.flight.track import Track
 from planner.futures.futures import Futures
+from planner.futures.truncate import after
 
 AGAIN_S = 60.0  # from one look to the next that is independent of it
 FORGET = 1e-9  # probability of having missed so often that further looks change nothing

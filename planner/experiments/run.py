@@ -8,21 +8,21 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from planner.belief.opening import Opened
 from planner.errors import InputError, PlannerError
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import Outcome, conduct, opened_of
-from planner.experiments.kept import Kept
-from planner.experiments.met import targets_of
-from planner.experiments.pool import Conduct, Done, conducted
+from planner.experiments.processes import Done, RunCondition, in_processes
+from planner.experiments.result_store import ResultStore
 from planner.experiments.results import Row, rows_of, write_results, write_timings
+from planner.experiments.run_condition import Outcome, run_condition
+from planner.experiments.target_sets import targets_of
 from planner.futures.workers import cores
-from planner.mission.preparation import Recorder, needs_judges
+from planner.mission.opening import Opened
+from planner.mission.recorder import Recorder, needs_judges
 from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
-Backend = Callable[[Conduct, Sequence[Condition], int], Iterator[Done]]
+Backend = Callable[[RunCondition, Sequence[Condition], int], Iterator[Done]]
 Told = Callable[[int, int, str], None]  # done, in all, what is being done
 Key = tuple[str, Path]  # a condition's id, and the scenario file that it is of
 
@@ -37,26 +37,12 @@ class Results:
 
 
 def run(
-    conditions: Sequence[Condition],
-    out: Path,
-    *,
-    workers: int | None = None,
-    told: Told | None = None,
-    conduct: Conduct = conduct,
-    backend: Backend = conducted,
-) -> Results:
-    """Run what is not finished of one experiment: `run_all` with nothing beside it."""
-    how: dict[str, Any] = {"workers": workers, "told": told, "conduct": conduct}
-    return run_all({out: conditions}, **how, backend=backend)[out]
-
-
-def run_all(
     experiments: Mapping[Path, Sequence[Condition]],
     *,
     workers: int | None = None,
     told: Told | None = None,
-    conduct: Conduct = conduct,
-    backend: Backend = conducted,
+    run_one: RunCondition = run_condition,
+    backend: Backend = in_processes,
 ) -> dict[Path, Results]:
     """Run what is not finished of experiments and write the table of each as it is done.
 
@@ -72,7 +58,7 @@ def run_all(
         Processes; one per core if not given.
     told
         Hears how far the work has come.
-    conduct
+    run_one
         What runs a condition; it can be pickled.
     backend
         What has it done in processes: here, or by Dask.
@@ -87,13 +73,16 @@ def run_all(
     if not all(experiments.values()):
         raise InputError("no condition is left; choose levels that exist together")
     workers = workers or cores()
-    begun = {out: _Begun(Kept(out), conditions) for out, conditions in experiments.items()}
+    begun = {
+        out: _RunningExperiment(ResultStore(out), conditions)
+        for out, conditions in experiments.items()
+    }
     waiting: dict[Key, Condition] = {}
     for turn in zip_longest(*(one.waiting.items() for one in begun.values())):
         waiting |= [item for item in turn if item]
     _record_shared([*waiting.values()], workers, told)
     results = {out: one.written() for out, one in begun.items() if not one.waiting}
-    for done, (condition, outcome) in enumerate(backend(conduct, [*waiting.values()], workers), 1):
+    for done, (condition, outcome) in enumerate(backend(run_one, [*waiting.values()], workers), 1):
         for out, one in begun.items():
             if one.takes(condition, outcome) and not one.waiting:
                 results[out] = one.written()
@@ -107,10 +96,10 @@ def _key(condition: Condition) -> Key:
     return condition.id, condition.place
 
 
-class _Begun:
+class _RunningExperiment:
     """An experiment some of whose conditions may wait to be run."""
 
-    def __init__(self, kept: Kept, conditions: Sequence[Condition]) -> None:
+    def __init__(self, kept: ResultStore, conditions: Sequence[Condition]) -> None:
         kept.clean()
         self.kept, self.conditions = kept, conditions
         self.figures = {one.id: kept.figures(one) for one in conditions}
@@ -145,7 +134,7 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
         with contextlib.suppress(PlannerError):
             if condition.study:
                 continue
-            opened, method = opened_of(condition), method_named(condition.method)
+            opened, method = condition.opened(), method_named(condition.method)
             judged = needs_judges(method, opened)
             key = _shared(opened, condition, judged=judged)
             if key in recorded:

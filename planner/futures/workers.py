@@ -20,7 +20,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from planner.errors import SumoError
-from planner.stopping import at_stop
+from planner.interrupts import at_stop
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.errors import InputError
+from planner.flight.plan import Plan
 from planner.mission.trial import Trial
-from planner.search.plan import Plan
 
 Kind = tuple[str, float]  # a bound is for one class of plans and one take-off, seconds
 BOUND = ("lower_bound_s", "upper_bound_probability")  # the keys of plan.json's certificate

@@ -27,7 +27,7 @@ LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
     """Return what ``plan.json`` says of a certificate, as plain data."""
-    uav, by_s = problem.uavs[0], problem.by_s
+    uav, by_s = problem.uav, problem.objective.by_s
     bound = {"lower_bound_s" if by_s is None else "upper_bound_probability": certificate.bound}
     return {
         **bound,

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Floats
-from planner.belief.opening import Opened
-from planner.bounds.certificate import Certificate, Effort, certified, lower_limit
+from planner.bounds.certificate import Certificate, Effort, certified
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.mission.preparation import Recorder, problem_of
-from planner.search.plan import Plan
+from planner.intervals import lower_limit
+from planner.mission.opening import Opened
+from planner.mission.recorder import Recorder, problem_of
 from planner.search.problem import Problem
 
 Told = Callable[[int, float, float, float], None]  # step, value, bound, gap
@@ -31,7 +32,7 @@ def problem_of_plan(opened: Opened, plan: Plan, futures: Futures) -> Problem:
     """Return the problem that a plan answers: it takes off when the plan does."""
     problem = problem_of(opened, futures)
     take_off_s = float(plan.tracks[0].time_s[0])
-    return problem.replace(uavs=(replace(problem.uavs[0], take_off_s=take_off_s),))
+    return problem.replace(uav=replace(problem.uav, take_off_s=take_off_s))
 
 
 def certify(problem: Problem, plan: Plan, limits: Limits, told: Told | None = None) -> Certificate:

@@ -7,9 +7,10 @@ import numpy as np
 from planner.arrays import Floats, Ints, freeze
 from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.search.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,22 +25,16 @@ class MissionRecord:
         freeze(self, xy_m=np.float64, leg=np.int32)
 
 
-def fly(
-    plan: Plan, truth: Futures, sensor: Sensor, *, horizon_s: float, by_s: float | None = None
-) -> MissionRecord:
+def fly(plan: Plan, truth: Futures, sensor: Sensor, objective: Objective) -> MissionRecord:
     """Return what happens when a plan is flown against true targets, each on its own.
 
     Parameters
     ----------
     truth
         The motion of one or more true targets.
-    horizon_s
-        When the search is given up, seconds on the target's clock.
-    by_s
-        The deadline if the objective is to find the target by then; it is kept for reports.
     """
     seen = np.array([first_detection(truth, track, sensor.radius_m) for track in plan.tracks])
-    evaluation = Evaluation(seen.min(axis=0), truth.weight, truth.end_s, horizon_s, by_s)
+    evaluation = Evaluation(seen.min(axis=0), truth.weight, truth.end_s, objective)
     finder = seen.argmin(axis=0)
     found = np.flatnonzero(evaluation.found)
     xy_m = np.full((len(truth), 2), np.nan)

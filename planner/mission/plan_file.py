@@ -9,24 +9,25 @@ from typing import Any
 import numpy as np
 
 from planner.detection.evaluation import Evaluation
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import InputError
 from planner.files import write_json
+from planner.flight.plan import FlownLeg, Plan
+from planner.flight.track import Track
 from planner.network.road_network import RoadNetwork
-from planner.search.plan import FlownLeg, Plan
 
 SCHEMA = "planner.plan/1"
 
 
 @dataclass(frozen=True, eq=False)
 class StoredPlan:
-    """A plan read back, with the sensor and the horizon it was made for."""
+    """A plan read back, with the sensor and the objective it was made for."""
 
     plan: Plan
     sensor: Sensor
-    horizon_s: float
+    objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
-    by_s: float | None = None  # the deadline, if it was made to find the target by then
 
 
 def write_plan(path: Path, content: Mapping[str, Any]) -> None:
@@ -67,7 +68,7 @@ def plan_content(
             "expected_detection_time_s": planned.expected_detection_time_s,
             "detection_probability": planned.detection_probability,
             "particles": len(planned.weight),
-            "horizon_s": planned.horizon_s,
+            "horizon_s": planned.objective.horizon_s,
             "radius_m": sensor.radius_m,
             **_objective(planned),
         },
@@ -87,7 +88,7 @@ def figures(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def _objective(evaluation: Evaluation) -> dict[str, Any]:
-    by_s = evaluation.by_s
+    by_s = evaluation.objective.by_s
     if by_s is None:
         return {"objective": "time"}
     return {
@@ -145,9 +146,10 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
     return StoredPlan(
         Plan(content["method"], tuple(tracks), tuple(legs)),
         Sensor(_above_zero(content["planned"]["radius_m"])),
-        _above_zero(content["planned"]["horizon_s"]),
+        Objective(
+            _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
+        ),
         dict(content["evaluated"]),
-        content["planned"].get("found_by_s"),
     )
 
 

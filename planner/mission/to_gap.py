@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.bounds.certificate import Certificate
+from planner.flight.plan import Plan
 from planner.mission.trial import Trial
-from planner.search.plan import Plan
 
 # Shares of the time by which each part has ended; the last bound has what is left.
 PLANNED, BOUNDED, PLANNED_AGAIN = 0.15, 0.3, 0.45
@@ -89,4 +89,4 @@ def _tighter(
     if one is None or other is None:
         return one or other
     is_higher = other.bound > one.bound
-    return other if is_higher == (trial.planned.by_s is None) else one
+    return other if is_higher == (trial.planned.objective.by_s is None) else one

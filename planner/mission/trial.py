@@ -5,12 +5,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.detection.evaluation import Evaluation, evaluate
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.mission.preparation import Recorder, budget_of, make_plan, problem_of
+from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of
 from planner.search.methods import Method
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.patrol import with_tail
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
-from planner.search.tail import with_tail
 
 Told = Callable[[float, int], None]
 
@@ -90,7 +91,7 @@ def try_order(problem: Problem, order: Sequence[int], fresh: Futures, found: Tri
 
 
 def _evaluated(problem: Problem, plan: Plan, targets: Futures) -> Evaluation:
-    return evaluate(plan.tracks, targets, problem.sensor, problem.horizon_s, by_s=problem.by_s)
+    return evaluate(plan.tracks, targets, problem.sensor, problem.objective)
 
 
 @dataclass

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError, SumoError
-from planner.stopping import undone_if_stopped
+from planner.interrupts import undone_if_stopped
 
 log = logging.getLogger(__name__)
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.detection.evaluation import Evaluation
-from planner.report.flight import flight_span
+from planner.flight.pieces import flight_span
+from planner.flight.plan import Plan
 from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
 from planner.report.units import time_unit
-from planner.search.plan import Plan
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def draw_curves(
     from matplotlib.ticker import PercentFormatter
 
     unit, unit_s = time_unit(problem.horizon_s)
-    start_s = min(0.0, *(uav.take_off_s for uav in problem.uavs))
+    start_s = min(0.0, problem.uav.take_off_s)
     for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
     _draw_arrivals(axes, list(evaluations.values())[-1], unit_s)
@@ -51,7 +51,8 @@ def draw_curves(
 def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation]) -> None:
     """Put the legend into the corner that the curves leave free, above the strip of times."""
     early = [
-        float(e.weight @ (e.seen_at <= 0.4 * e.horizon_s)) > 0.35 for e in evaluations.values()
+        float(e.weight @ (e.seen_at <= 0.4 * e.objective.horizon_s)) > 0.35
+        for e in evaluations.values()
     ]
     if all(early):
         axes.legend(loc="lower right", bbox_to_anchor=(0.985, 0.05), framealpha=0.95)
@@ -71,7 +72,7 @@ def _draw_curve(
     times_s, probability = evaluation.curve()
     found = evaluation.detection_probability
     axes.step(
-        np.concatenate(([start_s], times_s, [evaluation.horizon_s])) / unit_s,
+        np.concatenate(([start_s], times_s, [evaluation.objective.horizon_s])) / unit_s,
         np.concatenate(([0.0], probability, [found])),
         where="post",
         label=f"{name}: {found:.1%} found, mean {evaluation.expected_detection_time_s:,.0f} s",
@@ -82,15 +83,15 @@ def _draw_curve(
 def _draw_arrivals(axes: "Axes", evaluation: Evaluation, unit_s: float) -> None:
     """Shade the times at which targets reach their goal, if they do so within the horizon."""
     ends_s = evaluation.end_s[np.isfinite(evaluation.end_s) & (evaluation.weight > 0)]
-    if len(ends_s) and ends_s.min() < evaluation.horizon_s:
-        first, last = float(ends_s.min()), min(float(ends_s.max()), evaluation.horizon_s)
+    if len(ends_s) and ends_s.min() < evaluation.objective.horizon_s:
+        first, last = float(ends_s.min()), min(float(ends_s.max()), evaluation.objective.horizon_s)
         label = "targets reach their goal"
         axes.axvspan(first / unit_s, last / unit_s, color="#f0e442", alpha=0.25, lw=0, label=label)
 
 
 def _draw_time_strip(axes: "Axes", problem: Problem, plan: Plan, unit_s: float) -> None:
     """Draw under the curves the colours that times have on the map."""
-    first_s, last_s = flight_span(problem, plan)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s)
     if last_s > first_s:
         times_s = np.linspace(first_s, last_s, 128)
         axes.imshow(

@@ -154,7 +154,7 @@ def _compiler() -> Iterator[Finding]:
 def _see_a_target_at_rest() -> float:
     """Return when a UAV at 100 m/s comes within 100 m of a target 1 km ahead: 9 s."""
     from planner.detection.first_detection import first_detection
-    from planner.detection.track import Track
+    from planner.flight.track import Track
     from planner.futures.futures import Futures
 
     zero, one = np.zeros(1), np.ones(1)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from planner.report.experiment_tables import student_interval
+from planner.intervals import student_interval
 
 Row = Mapping[str, Any]
 

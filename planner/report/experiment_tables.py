@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.detection.evaluation import Evaluation
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
+from planner.intervals import student_interval
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,7 +31,6 @@ roads may be a little better.
 """
 MOST_LINES = 60  # further ones are left out of a terminal
 COLUMNS, OTHERS = 3, "other levels"  # more factors than so many share a column of this name
-CONFIDENCE = 0.975  # the upper end of a 95 % interval
 
 
 def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
@@ -191,16 +191,6 @@ def _figures(group: Sequence[Row]) -> list[str]:
         *(f"{_mean([row[name] for row in group]) * 100:.1f} %" for name in shares),
         str(len(group)),
     ]
-
-
-def student_interval(values: Sequence[float]) -> tuple[float, float]:
-    """Return the 95 % interval of the mean of independent values (Student's t)."""
-    from scipy.special import stdtrit
-
-    count, mean = len(values), _mean(values)
-    variance = sum((value - mean) ** 2 for value in values) / (count - 1)
-    half = float(stdtrit(count - 1, CONFIDENCE)) * math.sqrt(variance / count)
-    return mean - half, mean + half
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.arrays import Flags, Floats
+from planner.flight.pieces import Piece, along, flight_span
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
-from planner.report.flight import Piece, along, flight_span
-from planner.search.plan import Plan
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -239,6 +239,6 @@ def time_colours(times_s: Floats, problem: Problem, plan: Plan) -> Floats:
     """Return the colour that each time of the flight has, (..., 4) red, green, blue, opacity."""
     from matplotlib import colormaps
 
-    first_s, last_s = flight_span(problem, plan)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s)
     share = (times_s - first_s) / max(last_s - first_s, 1e-9)
     return np.asarray(colormaps[FLIGHT_MAP](0.88 * share))  # its last yellow is lost on white

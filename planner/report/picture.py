@@ -9,13 +9,14 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.evaluation import Evaluation
-from planner.detection.track import Track
 from planner.files import written_whole
+from planner.flight.pieces import pieces
+from planner.flight.plan import Plan
+from planner.flight.track import Track
 from planner.futures.futures import NO_EDGE
 from planner.futures.state_at import State
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import draw_curves
-from planner.report.flight import pieces
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -29,7 +30,6 @@ from planner.report.maps import (
     time_colours,
 )
 from planner.report.units import clock, length, time_unit
-from planner.search.plan import Plan
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: fl
 def _moments(problem: Problem, seen_at: Floats) -> list[float]:
     """Return times from take-off until nine tenths of the sightings are made, evenly apart."""
     _, unit_s = time_unit(problem.horizon_s)
-    first_s = min(uav.take_off_s for uav in problem.uavs)
+    first_s = problem.uav.take_off_s
     seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
     last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
     times_s = np.linspace(first_s, max(first_s, last_s), MOMENTS)
@@ -209,7 +209,7 @@ def _moments(problem: Problem, seen_at: Floats) -> list[float]:
 
 
 def _flight_note(problem: Problem, plan: Plan, view: View) -> str:
-    uav, roads = problem.uavs[0], problem.network.shape_xy_m
+    uav, roads = problem.uav, problem.network.shape_xy_m
     start = np.array([uav.x_m, uav.y_m])
     where = "from the triangle"
     if not view.contains(start):

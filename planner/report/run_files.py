@@ -7,21 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from planner.belief.opening import Opened, open_scenario
 from planner.errors import InputError
+from planner.export.sumo_gui import write_overlay
 from planner.files import written_whole
+from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
+from planner.mission.opening import Opened, open_scenario
 from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
 from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
-from planner.report.intervals import found_by_interval, found_intervals
-from planner.report.overlay import write_overlay
 from planner.report.picture import plan_picture, where_picture
 from planner.report.tables import MethodRow
 from planner.report.units import clock
-from planner.search.plan import Plan
 from planner.search.problem import Problem
 
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
@@ -111,7 +110,9 @@ def _write_evaluation(path: Path, row: MethodRow) -> None:
         "seen_at_s": evaluated.seen_at,  # infinity: never
         "reached_goal_s": evaluated.end_s,
     }
-    write_table(path, columns, {"method": row.method, "horizon_s": repr(evaluated.horizon_s)})
+    write_table(
+        path, columns, {"method": row.method, "horizon_s": repr(evaluated.objective.horizon_s)}
+    )
 
 
 def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:
@@ -138,12 +139,13 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
 
 def flight_figures(record: MissionRecord) -> dict[str, Any]:
     """Return what flights achieved, with 95 % intervals, as plain data."""
-    found, before = found_intervals(record.evaluation)
-    by_s = record.evaluation.by_s
+    found = record.evaluation.found_interval
+    before = record.evaluation.found_before_goal_interval
+    by_s = record.evaluation.objective.by_s
     deadline = (
         {}
         if by_s is None
-        else {"found_by_probability_ci95": list(found_by_interval(record.evaluation, by_s))}
+        else {"found_by_probability_ci95": list(record.evaluation.found_by_interval(by_s))}
     )
     return (
         figures(record.evaluation)
@@ -160,7 +162,7 @@ def mission_line(record: MissionRecord) -> str:
     """Return what happened in the mission against the first target, in words."""
     evaluation = record.evaluation
     if not evaluation.found[0]:
-        return f"not found; the search stopped at {clock(evaluation.horizon_s)}"
+        return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
     before = evaluation.seen_at[0] < evaluation.end_s[0]
     x_m, y_m = record.xy_m[0]
     where = f"at ({x_m:,.0f}, {y_m:,.0f}) m"

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from planner.bounds.certificate import gap_of
 from planner.detection.evaluation import Evaluation
+from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
 from planner.report.doctor import Finding
-from planner.report.intervals import found_by_interval, found_intervals
 from planner.report.units import clock
-from planner.search.plan import Plan
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -78,11 +77,12 @@ def plan_table(row: MethodRow) -> "Table":
     table.add_column(f"{len(row.planned.weight):,} futures planned with", justify="right")
     table.add_column(f"{len(row.evaluated.weight):,} fresh targets", justify="right")
     table.add_column("95 % interval", justify="right")
-    time_s, found, before = row.evaluated.ci95_s, *found_intervals(row.evaluated)
-    by_s = row.evaluated.by_s
+    time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
+    before = row.evaluated.found_before_goal_interval
+    by_s = row.evaluated.objective.by_s
     if by_s is not None:
         shares = [_share(e.found_by_probability(by_s)) for e in both]
-        table.add_row(_by(by_s), *shares, _shares(found_by_interval(row.evaluated, by_s)))
+        table.add_row(_by(by_s), *shares, _shares(row.evaluated.found_by_interval(by_s)))
     lines = (
         ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
         ("found", [_share(e.detection_probability) for e in both], found),
@@ -119,7 +119,7 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     table = _table(title)
     table.add_column("method", no_wrap=True, overflow="ignore")
     rows = list(rows)
-    deadlines = {row.evaluated.by_s for row in rows if row.evaluated} - {None}
+    deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
     first = [_by(by_s) for by_s in deadlines if by_s is not None]
     with_gap = any(row.bound is not None for row in rows)
     for name in (
@@ -177,11 +177,11 @@ def flights_table(evaluation: Evaluation) -> "Table":
     table = _table(f"{len(evaluation.weight):,} flights")
     for name in ("", "value", "95 % interval"):
         table.add_column(name, justify="right" if name else "left")
-    found, before = found_intervals(evaluation)
-    if evaluation.by_s is not None:
-        by_deadline = evaluation.found_by_probability(evaluation.by_s)
-        within = found_by_interval(evaluation, evaluation.by_s)
-        table.add_row(_by(evaluation.by_s), _share(by_deadline), _shares(within))
+    found, before = evaluation.found_interval, evaluation.found_before_goal_interval
+    if evaluation.objective.by_s is not None:
+        by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
+        within = evaluation.found_by_interval(evaluation.objective.by_s)
+        table.add_row(_by(evaluation.objective.by_s), _share(by_deadline), _shares(within))
     seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
     expected = _seconds(evaluation.expected_detection_time_s)
     table.add_row("expected detection time", expected, " .. ".join(seconds))
@@ -207,7 +207,7 @@ def doctor_table(findings: Iterable[Finding]) -> "Table":
 
 def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
-    by_s = evaluated.by_s
+    by_s = evaluated.objective.by_s
     return [
         *([] if by_s is None else [_share(evaluated.found_by_probability(by_s))]),
         _seconds(evaluated.expected_detection_time_s),

@@ -5,7 +5,7 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.wording import shown
+from planner.messages import shown
 
 if TYPE_CHECKING:
     from planner.scenario.sections import (

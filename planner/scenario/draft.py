@@ -1,6 +1,6 @@
 """From a scenario's file to a `Scenario`, or to all of its faults at once.
 
-Nothing here opens a network: what needs one is checked by `planner.belief.opening`, which starts
+Nothing here opens a network: what needs one is checked by `planner.mission.opening`, which starts
 from the `Draft` made here so that all faults of a scenario are told together.
 """
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import ScenarioError
+from planner.messages import shown, suggestion
 from planner.scenario import checks
 from planner.scenario.faults import fault_lines
 from planner.scenario.sections import (
@@ -25,7 +26,6 @@ from planner.scenario.sections import (
 )
 from planner.scenario.source import Source, read_source
 from planner.scenario.values import Section
-from planner.wording import shown, suggestion
 
 log = logging.getLogger(__name__)
 

@@ -4,7 +4,7 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from planner.wording import shown, suggestion
+from planner.messages import shown, suggestion
 
 # What the checks of a single value report, by the name of the check.
 SHOULD = {

@@ -1,6 +1,6 @@
 """A scenario: the file a person edits, as frozen sections of checked values.
 
-`planner.scenario.draft` reads them from ``scenario.toml``; `planner.belief.opening` opens the
+`planner.scenario.draft` reads them from ``scenario.toml``; `planner.mission.opening` opens the
 network with them.
 """
 

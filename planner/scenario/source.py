@@ -12,7 +12,7 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.files import shipped, shipped_names
-from planner.wording import shown, suggestion
+from planner.messages import shown, suggestion
 
 FILE = "scenario.toml"
 BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")

@@ -23,8 +23,8 @@ from pydantic import (
 )
 
 from planner.clock import seconds
+from planner.messages import shown
 from planner.scenario.checks import distribution_fault
-from planner.wording import shown
 
 LONGEST_S = 1e9  # thirty years
 FASTEST_MPS = 1000.0  # nothing on a road is as fast

@@ -13,11 +13,12 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
+from planner.flight.plan import ROUNDING_S, Plan
 from planner.search.beam import beam, judged
-from planner.search.plan import ROUNDING_S, Plan, needs_open_country, plan_of_waypoints
+from planner.search.patrol import patrolled
+from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
-from planner.search.tail import patrolled
 from planner.search.what_if import WhatIf
 
 DRAWS = 9  # uniform numbers per move
@@ -106,7 +107,7 @@ class Known:
         """Return the flight over given waypoints, (W, 3)."""
         from planner.search.kernels.waypoints import LEFT, SEEN, sweep
 
-        known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uavs[0]
+        known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav
         way, marks, found = known._now
         place, met, counts = known._books
         many = known._many = len(waypoints) + 1
@@ -177,7 +178,7 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
     What it flies more slowly than it could becomes flight at full speed, and hovering.
     """
     track = plan.tracks[0]
-    flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uavs[0].speed_mps
+    flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uav.speed_mps
     waits_s = np.diff(track.time_s) - flies_s
     waits_s[waits_s < ROUNDING_S] = 0.0
     kept = (flies_s > 0.0) | (waits_s > 0.0)
@@ -199,7 +200,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
     if useful >= len(waypoints) or leaves_s[useful] >= problem.horizon_s:
         return waypoints
     legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
-    state = SearchState(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
+    state = SearchState.of_sightings(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
     order = patrolled(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
@@ -209,7 +210,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
 
 def times_left(problem: Problem, waypoints: Floats) -> Floats:
     """Return when each waypoint is left, (W,) seconds, if there were no end to the flight."""
-    uav = problem.uavs[0]
+    uav = problem.uav
     places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
     flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
     return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
@@ -220,7 +221,7 @@ def _world(problem: Problem) -> Any:
     from planner.search.kernels.cells import crowd_of
     from planner.search.kernels.motion import fastest
 
-    uav, futures, objective = problem.uavs[0], columns(problem.futures), problem.objective
+    uav, futures, objective = problem.uav, columns(problem.futures), problem.objective
     radius_m = float(problem.sensor.radius_m)
     span = (float(uav.take_off_s), float(objective.ends_s))
     crowd = crowd_of(futures, radius_m, float(fastest(futures)), span)
@@ -233,4 +234,4 @@ def _world(problem: Problem) -> Any:
 def _scale(problem: Problem) -> tuple[float, float]:
     """Return how far waypoints may be shifted at once, metres, and be delayed, seconds."""
     far_m = float(np.hypot(*np.ptp(problem.network.node_xy_m, axis=0))) / 5.0
-    return far_m, far_m / problem.uavs[0].speed_mps
+    return far_m, far_m / problem.uav.speed_mps

@@ -14,11 +14,13 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import first_detection
-from planner.search.plan import Plan, plan_of_legs
-from planner.search.problem import Budget, Legs, Problem
+from planner.flight.legs import Legs
+from planner.flight.plan import Plan
+from planner.search.patrol import with_tail
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate_order
-from planner.search.state import SearchState, candidate_legs
-from planner.search.tail import with_tail
+from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
 FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
@@ -46,7 +48,7 @@ class Outlook:
         """Return what the sightings of a road order have brought after each time."""
         track = plan_of_legs(problem, "", order).tracks[0]
         seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        first_s = problem.uavs[0].take_off_s
+        first_s = problem.uav.take_off_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
         weight = problem.futures.weight[by_time]
@@ -117,7 +119,7 @@ def beam_order(
     from planner.search.kernels.beam import LEG, PARENT, REWARD, grow
 
     problem = engine.problem
-    start = start or SearchState.at_start(problem)
+    start = start or problem.first_state
     looks = (outlook.brings, outlook.first_s, outlook.step_s)
     tree, worth, flown = _first_states(engine, start, looks)
     known = tree.shape[1]
@@ -145,7 +147,7 @@ def beam_order(
 def _goal(problem: Problem) -> tuple[float, float, float]:
     by_s = problem.objective.by_s
     deadline_s = np.inf if by_s is None else float(by_s)
-    return float(problem.horizon_s), deadline_s, float(problem.uavs[0].landing_s)
+    return float(problem.horizon_s), deadline_s, float(problem.uav.landing_s)
 
 
 def _first_states(
@@ -183,7 +185,7 @@ def _setting(engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
     """Return ways, hops, roads and world as ``kernels.beam`` takes them."""
     problem = engine.problem
     legs, weight = problem.legs, problem.futures.weight
-    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, problem.home_s, weight)
+    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, problem.legs.home_s, weight)
     return *_ways_within(legs, reach_m), roads, engine.world
 
 

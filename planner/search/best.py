@@ -11,14 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import Beam, Outlook, beam_order, judged, near_m
 from planner.search.exact import best_order
 from planner.search.lns import polished
-from planner.search.plan import Plan, needs_open_country, plan_of_legs
+from planner.search.patrol import with_tail
+from planner.search.plan import needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
-from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 FEW_ROADS = 7  # of which the best order is found for certain

@@ -9,7 +9,8 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets, freeze
 from planner.errors import NotApplicableError
-from planner.search.plan import Plan, plan_of_legs
+from planner.flight.plan import Plan
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     most_legs = min(roads, budget.roads)
     _refuse_too_many(roads, most_legs)
     order, _ = best_order(problem, most_legs)
-    if problem.uavs[0].return_to_m is None:
+    if problem.uav.return_to_m is None:
         order = (*order, *_nearest_next(problem, order))[:most_legs]
     return plan_of_legs(problem, "exact", order)
 
@@ -79,7 +80,7 @@ def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float
 
 def _own_figure(problem: Problem, cost: Floats | float) -> Floats | float:
     """Return the objective's figure for mean costs: seconds as they are, or a probability."""
-    return cost if problem.by_s is None else 1.0 - cost
+    return cost if problem.objective.by_s is None else 1.0 - cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +145,7 @@ def _refuse_too_many(roads: int, flown: int) -> None:
 def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
     """Yield the legs that an order leaves out, each road once, the nearest start first."""
     legs = problem.legs
-    x_m, y_m = problem.uavs[0].x_m, problem.uavs[0].y_m
+    x_m, y_m = problem.uav.x_m, problem.uav.y_m
     if order:
         x_m, y_m = legs.node_xy_m[legs.to_node[order[-1]]]
     left = np.ones(len(legs), dtype=bool)
@@ -160,7 +161,7 @@ def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
 def _case(problem: Problem) -> "Case":
     from planner.search.kernels.exact import TIE_S, Case
 
-    legs, uav, futures = problem.legs, problem.uavs[0], problem.futures
+    legs, uav, futures = problem.legs, problem.uav, problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
     offset = place_xy_m[:, np.newaxis] - legs.node_xy_m
     points = _pieces(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
@@ -190,8 +191,8 @@ def _case(problem: Problem) -> "Case":
         radius_m=float(problem.sensor.radius_m),
         ends_s=float(objective.ends_s),
         miss=float(objective.most),
-        timed=problem.by_s is None,
-        tie=TIE_S if problem.by_s is None else TIE_SHARE,
+        timed=problem.objective.by_s is None,
+        tie=TIE_S if problem.objective.by_s is None else TIE_SHARE,
         landing_s=float(uav.landing_s),
         in_transit=bool(problem.sensor.detects_in_transit),
     )
@@ -224,7 +225,7 @@ def _states(problem: Problem, case: "Case", slots: int) -> "States":
         flight=np.zeros((longest + 1, 6)),
     )
     states.place[0] = len(case.place_xy_m) - 1
-    states.time_s[0] = problem.uavs[0].take_off_s
+    states.time_s[0] = problem.uav.take_off_s
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
     never = 1.0 - float(problem.futures.weight[moving].sum())

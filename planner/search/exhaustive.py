@@ -5,9 +5,10 @@ from collections import deque
 import numpy as np
 
 from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import find_cycle, sources
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 
 

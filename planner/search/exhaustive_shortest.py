@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.arrays import Ints
+from planner.flight.plan import Plan
 from planner.search.exhaustive import topological_search
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 
 log = logging.getLogger(__name__)
@@ -104,7 +105,7 @@ def shortest_order(problem: Problem, *, width: int | None = None) -> tuple[list[
 
 
 def _ground(problem: Problem) -> Ground:
-    network, uav = problem.network, problem.uavs[0]
+    network, uav = problem.network, problem.uav
     places = np.vstack([network.node_xy_m, [uav.x_m, uav.y_m]])
     offset = places[:, None] - network.node_xy_m
     seconds = np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps

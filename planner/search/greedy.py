@@ -11,10 +11,11 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.errors import InputError, NotApplicableError
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.search.plan import Plan, plan_of_legs
-from planner.search.problem import Budget, Problem
-from planner.search.state import Directions, SearchState, candidate_legs
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Budget, Directions, Problem, candidate_legs
+from planner.search.state import SearchState
 from planner.search.stepwise import TIE, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
 
@@ -93,7 +94,7 @@ def greedy(
         If particles shall be drawn anew and nobody can.
     """
     options = options or GreedyOptions()
-    state = SearchState.at_start(problem)  # line 1: best_path is empty
+    state = problem.first_state  # line 1: best_path is empty
     engine = WhatIf(problem)
     observed = np.zeros((len(problem.legs), len(state.seen_at)), dtype=np.bool_)
     # line 3: while best_path is not long enough
@@ -106,7 +107,7 @@ def greedy(
         if len(legs) == 0:
             break
         i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
-        state = state.after(problem, int(legs[i]), observation_times)  # lines 11, 12 and 14
+        state = state.after(problem.legs, int(legs[i]), observation_times)  # lines 11, 12 and 14
     return plan_of_legs(problem, "greedy", state.order)
 
 

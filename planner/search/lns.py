@@ -9,12 +9,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.flight.plan import Plan
 from planner.search.beam import Beam, Outlook, beam_order, near_m
-from planner.search.plan import Plan, plan_of_legs
+from planner.search.patrol import with_tail
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
 from planner.search.state import SearchState
-from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
@@ -54,11 +55,11 @@ def _states(
     engine: WhatIf, order: Sequence[int], start: SearchState | None = None
 ) -> list[SearchState]:
     """Return the states before each leg of an order and after the last one."""
-    states = [start or SearchState.at_start(engine.problem)]
+    states = [start or engine.problem.first_state]
     for leg in order:
         flight = engine.fly(states[-1], np.array([leg]))
         seen_at = np.minimum(states[-1].seen_at, flight.seen(0, len(states[-1].seen_at)))
-        states.append(states[-1].after(engine.problem, leg, seen_at))
+        states.append(states[-1].after(engine.problem.legs, leg, seen_at))
     return states
 
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from planner.search.plan import Plan, plan_of_legs
+from planner.flight.plan import Plan
+from planner.search.patrol import with_tail
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
 from planner.search.stepwise import (
@@ -14,7 +16,6 @@ from planner.search.stepwise import (
     stepwise,
     toward_next,
 )
-from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 FIRST_LEGS = 8  # of which second legs are tried: those that earn most per second by themselves
@@ -27,7 +28,7 @@ def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> 
     bounds the plan, not the budget's roads. Pairs begin with the ``FIRST_LEGS`` legs that earn
     most per second by themselves, and go on with any. Ties go to the lowest leg index.
     """
-    flown = stepwise(WhatIf(problem), SearchState.at_start(problem), fastest_pair)
+    flown = stepwise(WhatIf(problem), problem.first_state, fastest_pair)
     return plan_of_legs(problem, "lookahead", with_tail(problem, flown.order))
 
 

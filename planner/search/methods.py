@@ -9,7 +9,7 @@ from planner.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from planner.search.plan import Plan
+    from planner.flight.plan import Plan
     from planner.search.problem import Budget, Problem
 
 

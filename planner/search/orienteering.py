@@ -11,7 +11,8 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets
 from planner.errors import NotApplicableError
-from planner.search.plan import Plan, plan_of_legs
+from planner.flight.plan import Plan
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 
 WORK_PER_TOUR = 1000  # units of work that a tour improved by local search is charged
@@ -76,15 +77,15 @@ def _flight_ticks(problem: Problem) -> Offsets:
 
     The first place is the take-off, the last one the end of the tour, at home where there is one.
     """
-    legs, uav = problem.legs, problem.uavs[0]
+    legs, uav = problem.legs, problem.uav
     ends_xy_m = np.vstack([[[uav.x_m, uav.y_m]], legs.node_xy_m[legs.to_node]])
     offset = ends_xy_m[:, None] - legs.node_xy_m[legs.from_node]
     lasts_s = np.zeros((len(legs) + 2, len(legs) + 2))
     lasts_s[:-1, 1:-1] = np.hypot(*np.moveaxis(offset, -1, 0)) / legs.speed_mps + legs.duration_s
-    lasts_s[1:-1, -1] = problem.home_s[legs.to_node]
+    lasts_s[1:-1, -1] = problem.legs.home_s[legs.to_node]
     return np.asarray(np.round(TICKS_PER_S * lasts_s), dtype=np.int64)
 
 
 def _most_ticks(problem: Problem) -> int:
-    uav = problem.uavs[0]
+    uav = problem.uav
     return int(TICKS_PER_S * (min(problem.objective.ends_s, uav.landing_s) - uav.take_off_s))

@@ -1,81 +1,65 @@
-"""What a planner is asked: a network, futures on it, UAVs, and what counts as success."""
+"""What a planner is asked: a network, futures on it, a UAV, and what counts as success."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Ints
 from planner.detection.objective import Objective
-from planner.detection.track import Sensor
+from planner.detection.sensor import Sensor
+from planner.flight.legs import Legs
+from planner.flight.track import Track
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
+from planner.search.state import SearchState
 
-
-@dataclass(frozen=True)
-class Uav:
-    """One UAV and when and where it takes off."""
-
-    x_m: float
-    y_m: float
-    take_off_s: float  # seconds on the target's clock
-    speed_mps: float
-    altitude_m: float = 0.0  # above ground; carried through to plan.json
-    max_flight_time_s: float = np.inf
-    return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
-
-    @property
-    def landing_s(self) -> float:
-        """The latest time in the air, seconds on the target's clock."""
-        return self.take_off_s + self.max_flight_time_s
+Directions = Literal["own", "both", "nearest end"]
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One planning problem; a variant of it is a copy (``replace``).
-
-    ``uavs`` has one entry so far.
-    """
+    """One planning problem: where one UAV shall fly. A variant of it is a copy (``replace``)."""
 
     network: RoadNetwork
     futures: Futures
-    uavs: tuple[Uav, ...]
+    uav: Uav
     sensor: Sensor
-    horizon_s: float  # a target not seen by then counts as this much
-    by_s: float | None = None  # None: least expected time; else most probably found by then
+    objective: Objective
     judges: Futures | None = None  # other particles, on which plans are chosen between
+    start: SearchState | None = None  # where the search stands; None: before take-off
+    flown: tuple[Track, ...] = ()  # flights of other UAVs that are decided
 
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
         return replace(self, **changes)
 
     @property
-    def objective(self) -> Objective:
-        """What the search is for."""
-        return Objective(self.horizon_s, self.by_s)
+    def horizon_s(self) -> float:
+        """What a target not found by then counts as, seconds; the search ends there."""
+        return self.objective.horizon_s
 
     @cached_property
-    def home_s(self) -> Floats:
-        """Seconds of flight from each node to where the UAV has to land, (V,); 0 if anywhere."""
-        home = self.uavs[0].return_to_m
-        if home is None:
-            return np.zeros(len(self.network.node_ids))
-        offset = self.network.node_xy_m - home
-        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) / self.uavs[0].speed_mps)
+    def first_state(self) -> SearchState:
+        """The state from which every planner starts."""
+        if self.start is not None:
+            return self.start
+        unseen = np.full(len(self.futures), np.inf)
+        return SearchState.of_sightings(self.uav.take_off_s, self.uav.x_m, self.uav.y_m, unseen)
 
     @cached_property
-    def legs(self) -> "Legs":
-        """The legs that a UAV can fly here: each road in both directions."""
-        return Legs.of(self.network, self.uavs[0].speed_mps)
+    def uav_at_start(self) -> Uav:
+        """The UAV as it flies on from the first state."""
+        at = self.start
+        return self.uav if at is None else self.uav.resumed(at.time_s, at.x_m, at.y_m)
 
     @cached_property
-    def world(self) -> Any:
-        """The futures indexed by road and time, as the what-if engine's kernels take them."""
-        from planner.search.what_if import world_of
-
-        return world_of(self)
+    def legs(self) -> Legs:
+        """The legs that the UAV can fly here: each road in both directions."""
+        return Legs.of(self.network, self.uav)
 
 
 @dataclass(frozen=True)
@@ -92,62 +76,33 @@ class Budget:
     told: Callable[[float, int], None] | None = None  # hears the best value and the work done
 
 
-@dataclass(frozen=True, eq=False)
-class Legs:
-    """Each road flown in its own direction (leg ``2 * road``) and against it (one more).
+def candidate_legs(
+    problem: Problem,
+    state: SearchState,
+    *,
+    directions: Directions = "both",
+    removed: Sequence[int] | frozenset[int] = frozenset(),
+) -> Ints:
+    """Return the legs that may be flown next, (C,) rising leg indices.
 
-    L = 2 R legs. Points are those of the roads, turned round for the reverse legs.
+    Parameters
+    ----------
+    directions
+        Each road in its "own" direction, in "both", or from its "nearest end", seen from the
+        UAV's place (the own direction if both are equally near).
+    removed
+        Roads that are not flown any more. Legs from whose end the UAV could not come home
+        before its landing never are.
     """
-
-    from_node: Ints  # (L,) node index
-    to_node: Ints  # (L,) node index
-    duration_s: Floats  # (L,) seconds to fly the road
-    first_point: Offsets  # (L + 1,) where a leg's points start
-    x_m: Floats  # (Q,) metres
-    y_m: Floats  # (Q,) metres
-    after_s: Floats  # (Q,) seconds of flight from the leg's start to the point
-    node_xy_m: Floats  # (V, 2) metres
-    speed_mps: float  # of the UAV
-
-    def __post_init__(self) -> None:
-        freeze(
-            self,
-            from_node=np.int32,
-            to_node=np.int32,
-            duration_s=np.float64,
-            first_point=np.int64,
-            x_m=np.float64,
-            y_m=np.float64,
-            after_s=np.float64,
-            node_xy_m=np.float64,
-        )
-
-    @classmethod
-    def of(cls, network: RoadNetwork, speed_mps: float) -> "Legs":
-        """Return the legs of a network for a UAV of the given speed, m/s."""
-        shapes = [network.shape(road) for road in range(len(network.road_ids))]
-        turned = [points for shape in shapes for points in (shape, shape[::-1])]
-        steps = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in turned]
-        after = [np.concatenate(([0.0], np.cumsum(step))) / speed_mps for step in steps]
-        ends = np.stack([network.road_from, network.road_to], axis=1)
-        points = np.concatenate(turned)
-        return cls(
-            from_node=ends.ravel(),
-            to_node=ends[:, ::-1].ravel(),
-            duration_s=np.array([times[-1] for times in after]),
-            first_point=np.concatenate(([0], np.cumsum([len(points) for points in turned]))),
-            x_m=points[:, 0],
-            y_m=points[:, 1],
-            after_s=np.concatenate(after),
-            node_xy_m=network.node_xy_m,
-            speed_mps=speed_mps,
-        )
-
-    def __len__(self) -> int:
-        return len(self.from_node)
-
-    def transit_s(self, x_m: float, y_m: float) -> Floats:
-        """Return the seconds of straight flight from a point to the start of each leg, (L,)."""
-        offset = self.node_xy_m - (x_m, y_m)
-        seconds = np.hypot(offset[:, 0], offset[:, 1]) / self.speed_mps
-        return np.asarray(seconds[self.from_node])
+    legs = problem.legs
+    transit_s = legs.transit_s(state.x_m, state.y_m)
+    end_s = state.time_s + transit_s + legs.duration_s
+    allowed = end_s + legs.home_s[legs.to_node] <= problem.uav.landing_s
+    allowed[[leg for road in removed for leg in Legs.both(road)]] = False
+    if directions == "own":
+        allowed[1::2] = False
+    elif directions == "nearest end":
+        reverse = transit_s[1::2] < transit_s[::2]
+        allowed[::2] &= ~reverse
+        allowed[1::2] &= reverse
+    return np.flatnonzero(allowed).astype(np.int32)

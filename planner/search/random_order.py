@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from planner.search.plan import Plan, plan_of_legs
+from planner.flight.plan import Plan
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from planner.search.plan import Plan, plan_of_legs
+from planner.flight.plan import Plan
+from planner.search.patrol import with_tail
+from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
 from planner.search.stepwise import (
@@ -14,7 +16,6 @@ from planner.search.stepwise import (
     stepwise,
     toward_next,
 )
-from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
 
 
@@ -30,7 +31,7 @@ def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
 
 def rate_order(engine: WhatIf) -> tuple[int, ...]:
     """Return the legs that ``rate`` flies before its tail."""
-    return stepwise(engine, SearchState.at_start(engine.problem), fastest_gain).order
+    return stepwise(engine, engine.problem.first_state, fastest_gain).order
 
 
 def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:

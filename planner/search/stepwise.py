@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.search.problem import Problem
-from planner.search.state import SearchState, candidate_legs
+from planner.search.problem import Problem, candidate_legs
+from planner.search.state import SearchState
 from planner.search.what_if import Sightings, WhatIf
 
 TIE = 1e-10  # of the most that can be earned; closer values are equal but for rounding
@@ -70,7 +70,7 @@ def after_flight(
     mine = slice(flights.first[flight], flights.first[flight + 1])
     seen_at = state.seen_at.copy()
     seen_at[flights.particle[mine]] = flights.seen_at[mine]
-    return state.after(problem, int(flights.leg[flight]), seen_at)
+    return state.after(problem.legs, int(flights.leg[flight]), seen_at)
 
 
 def toward_next(engine: WhatIf, state: SearchState) -> SearchState | None:
@@ -105,5 +105,5 @@ def _to_and_fro(
         state = flown or state
         if leg not in candidate_legs(problem, state):
             break
-        flown, leg = state.after(problem, leg, state.seen_at), leg ^ 1
+        flown, leg = state.after(problem.legs, leg, state.seen_at), leg ^ 1
     return flown

@@ -4,8 +4,9 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.search.plan import Plan, plan_of_wait
+from planner.search.plan import plan_of_wait
 from planner.search.problem import Budget, Problem
 
 
@@ -22,10 +23,10 @@ def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         If no particle ever sets out.
     """
     futures, radius_m = problem.futures, problem.sensor.radius_m
-    if problem.by_s is None:
+    if problem.objective.by_s is None:
         x_m, y_m = busiest_end(futures, radius_m)
     else:
-        x_m, y_m = busiest_by(problem, problem.by_s)
+        x_m, y_m = busiest_by(problem, problem.objective.by_s)
     return plan_of_wait(problem, "wait", x_m, y_m)
 
 
@@ -47,7 +48,7 @@ def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
 
     If the UAV can reach none of these places by then, all of them count.
     """
-    futures, uav = problem.futures, problem.uavs[0]
+    futures, uav = problem.futures, problem.uav
     until_s = np.minimum(futures.end_s, time_s)
     places = np.array([futures.xy(k, until_s[k]) for k in range(len(futures))]).reshape(-1, 2)
     there = np.isfinite(places[:, 0])

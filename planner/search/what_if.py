@@ -3,12 +3,14 @@
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import columns
-from planner.search.problem import Legs, Problem
+from planner.flight.legs import Legs
+from planner.search.problem import Problem
 from planner.search.state import SearchState
 
 
@@ -75,7 +77,7 @@ class WhatIf:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.world = problem.world
+        self.world = indexed(problem)
         self.motion, self.passages, self.leg_columns, self.sensing = self.world
 
     def score(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Scores:
@@ -162,8 +164,18 @@ def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Flo
     return end_of_node, (bearings[order], ways, away_m[nodes] / legs.speed_mps)
 
 
-def world_of(problem: Problem) -> tuple[Any, ...]:
-    """Return motion, passages, legs and sensing of a problem, as ``kernels.what_if.World``."""
+_indices: WeakKeyDictionary[Problem, tuple[Any, ...]] = WeakKeyDictionary()
+
+
+def indexed(problem: Problem) -> tuple[Any, ...]:
+    """Return a problem's futures by road and time, as ``kernels.what_if.World``; made once."""
+    if problem not in _indices:
+        _indices[problem] = index_of(problem)
+    return _indices[problem]
+
+
+def index_of(problem: Problem) -> tuple[Any, ...]:
+    """Return motion, passages, legs and sensing of a problem."""
     from planner.search.kernels.motion import motion_of
 
     legs, sensor = problem.legs, problem.sensor

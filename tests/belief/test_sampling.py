@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from instances import by_two_letters, figure1, figure3, grid
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed, Normal, Uniform
 from planner.belief.particles import Particles
@@ -18,6 +17,7 @@ from planner.belief.sampling import Sampling, predefined, sample
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 from planner.streams import stream
+from support.instances import by_two_letters, figure1, figure3, grid
 
 DRAWN: list[Sampling] = ["iid", "sobol"]
 # Two-way roads and a way round: A-B-C-A in both directions, and a dead end at D.

@@ -11,9 +11,10 @@ import pytest
 from planner.arrays import Floats
 from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.detection.first_detection import first_detection
+from planner.detection.objective import Objective
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
-from search_instances import random_problem
+from support.search_instances import random_problem
 
 BELOW = 1e-3  # of a unit of reward: how much the cheap particle costs less than it earns
 
@@ -41,7 +42,7 @@ def most_seen(problem: Problem, rng: np.random.Generator, many: int) -> Floats:
 @pytest.mark.parametrize("seed", range(48))
 def test_the_earliest_sighting_is_offered(seed: int) -> None:
     problem, rng = random_problem(seed, particles=12), np.random.default_rng(seed)
-    problem = problem.replace(horizon_s=700.0, by_s=500.0 if seed % 5 == 0 else None)
+    problem = problem.replace(objective=Objective(700.0, 500.0 if seed % 5 == 0 else None))
     weight, dear = problem.futures.weight, problem.objective.most + 1.0
     most_of = most_seen(problem, rng, 1500)
     floor = np.maximum(0.0, most_of - BELOW) * (seed % 2)  # the cheap price, or nothing

@@ -1,7 +1,5 @@
 """Split by their first hops, plans of small nets are bounded by what their enumeration finds."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,14 @@ from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Search
 from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.track import Track
+from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem, Uav
-from search_instances import driven, random_network, strayed
+from planner.search.problem import Problem
+from support.search_instances import driven, random_network, strayed
 
 Way = list[tuple[float, float]]
 
@@ -33,10 +34,9 @@ def small_problem(seed: int) -> Problem:
     return Problem(
         network=net,
         futures=futures,
-        uavs=(Uav(*map(float, start), float(rng.uniform(0, 100)), 100.0),),
+        uav=Uav(*map(float, start), float(rng.uniform(0, 100)), 100.0),
         sensor=Sensor(float(rng.choice([300.0, 1500.0])), bool(seed % 2)),
-        horizon_s=450.0,
-        by_s=350.0 if seed % 5 == 0 else None,
+        objective=Objective(450.0, 350.0 if seed % 5 == 0 else None),
     )
 
 
@@ -63,7 +63,7 @@ def ways_from(problem: Problem, node: int) -> list[tuple[int, Way, bool]]:
 def reward_on(problem: Problem, at_s: float, way: Way, on: bool) -> tuple[float, Floats]:
     """When a way that begins at a time ends, and the reward of what is seen on it."""
     xy = np.array(way)
-    steps_s = np.hypot(*np.diff(xy, axis=0).T) / problem.uavs[0].speed_mps
+    steps_s = np.hypot(*np.diff(xy, axis=0).T) / problem.uav.speed_mps
     time_s = at_s + np.concatenate(([0.0], np.cumsum(steps_s)))
     spans = np.array([(time_s[0], time_s[-1])] if on else []).reshape(-1, 2)
     track = Track(time_s, xy[:, 0], xy[:, 1], spans)
@@ -75,7 +75,7 @@ def enumerated(problem: Problem) -> tuple[float, Floats]:
     """The most that any chain of ways earns until the horizon, and with which particles."""
     weight, ends_s = problem.futures.weight, problem.objective.ends_s
     best = np.zeros(len(weight))
-    uav, net = problem.uavs[0], problem.network
+    uav, net = problem.uav, problem.network
     waiting = []
     for node, place in enumerate(net.node_xy_m):
         way = [(uav.x_m, uav.y_m), tuple(place)]
@@ -111,7 +111,7 @@ def test_the_bound_meets_the_optimum(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(30))
 def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
     """What the search knows of no good plan closes nothing that is worth more."""
-    problem = replace(small_problem(seed), horizon_s=400.0)
+    problem = small_problem(seed).replace(objective=Objective(400.0))
     optimum, earned = enumerated(problem)
     table = table_of(problem, fitting_bin_s(problem))
     search = Search(problem, table, share * optimum, lambda _: False)

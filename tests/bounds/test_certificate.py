@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
 from planner.bounds.certificate import Certificate, Effort, certified
 from planner.detection.first_detection import first_detection
+from planner.detection.objective import Objective
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
+from support.grid_instance import grid_futures, grid_problem
 
 PLANS = 4000  # of each kind
 
@@ -31,7 +32,7 @@ def changed(order: list[int], legs: int, rng: np.random.Generator) -> list[int]:
 
 
 def is_never_passed(problem: Problem, certificate: Certificate, value: float) -> bool:
-    if problem.by_s is None:
+    if problem.objective.by_s is None:
         return value >= certificate.bound - 1e-9 * problem.horizon_s
     return value <= certificate.bound + 1e-9
 
@@ -47,7 +48,7 @@ def test_thousands_of_plans_stay_behind_the_bound(
     futures, ready_s = grid_futures(24, rng), distance_m / 100.0
     problem = grid_problem(futures, distance_m=distance_m, detects_in_transit=transit)
     problem = problem.replace(
-        horizon_s=ready_s + 3000.0, by_s=ready_s + 600.0 if deadline else None
+        objective=Objective(ready_s + 3000.0, ready_s + 600.0 if deadline else None)
     )
     legs, best = len(problem.legs), rate_order(WhatIf(problem))
     certificate = certified(problem, plan_of_legs(problem, "", best), Effort(steps=60))

@@ -17,14 +17,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from instances import network_of_roads
 from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem, Uav
+from planner.search.problem import Problem
+from support.instances import network_of_roads
 
 CELLS, FIRST = 9, 8  # cells count from 0 here; the target starts in the last
 STAYS = 0.4
@@ -119,7 +121,7 @@ def cell_problem(start: int, looks: int) -> Problem:
     )
     until_s = (looks + 0.5) * LOOK_S
     uav = Uav(*net.node_xy_m[start], 0.0, SPEED_MPS)
-    return Problem(net, futures, (uav,), Sensor(RADIUS_M, False), until_s, by_s=until_s)
+    return Problem(net, futures, uav, Sensor(RADIUS_M, False), Objective(until_s, until_s))
 
 
 def legs_through(problem: Problem, path: list[int]) -> list[int]:

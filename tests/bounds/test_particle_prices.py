@@ -5,18 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
 from planner.bounds.hops import hops_of
 from planner.bounds.particle_prices import Table, fitting_bin_s, table_of
 from planner.bounds.subgradient import lowest
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Track
+from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
+from planner.flight.track import Track
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
-from search_instances import random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.search_instances import random_problem
 
 
 def reward_of(problem: Problem, order: list[int]) -> np.ndarray:
@@ -45,9 +46,12 @@ def small_table(problem: Problem) -> Table:
 
 @pytest.mark.parametrize("seed", range(100))
 def test_no_plan_is_worth_more(seed: int) -> None:
-    problem, rng = random_problem(seed).replace(horizon_s=1000.0), np.random.default_rng(seed)
+    problem, rng = (
+        random_problem(seed).replace(objective=Objective(1000.0)),
+        np.random.default_rng(seed),
+    )
     if seed % 5 == 0:
-        problem = problem.replace(by_s=700.0)
+        problem = problem.replace(objective=Objective(1000.0, 700.0))
     weight, table = problem.futures.weight, small_table(problem)
     orders = [*random_orders(problem, rng, 60), rate_order(WhatIf(problem))]
     rewards = [reward_of(problem, order) for order in orders]
@@ -128,6 +132,6 @@ def test_two_nodes_at_one_place_have_no_bound() -> None:
 
 def test_a_road_plan_that_has_to_come_home_has_no_bound() -> None:
     problem = random_problem(1)
-    uav = replace(problem.uavs[0], return_to_m=(0.0, 0.0))
+    uav = replace(problem.uav, return_to_m=(0.0, 0.0))
     with pytest.raises(NotApplicableError, match="return_to"):
-        table_of(problem.replace(uavs=(uav,)), 1.0)
+        table_of(problem.replace(uav=uav), 1.0)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.detection.evaluation import Evaluation, evaluate
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.track import Track
+from support.instances import figure3, physics_futures
 
 NEVER = np.inf
 
@@ -13,7 +15,7 @@ NEVER = np.inf
 def evaluation(
     seen_at: list[float], weight: list[float], *, end_s: float = 50.0, horizon_s: float = 100.0
 ) -> Evaluation:
-    return Evaluation(seen_at, weight, np.full(len(seen_at), end_s), horizon_s)
+    return Evaluation(seen_at, weight, np.full(len(seen_at), end_s), Objective(horizon_s))
 
 
 def test_a_miss_counts_the_horizon() -> None:
@@ -57,7 +59,7 @@ def test_expected_time_is_the_area_above_the_curve() -> None:
     rng = np.random.default_rng(1)
     result = evaluation(list(rng.uniform(0, 150, 50)), list(rng.dirichlet(np.ones(50)) * 0.8))
     times, probability = result.curve()
-    bounds = np.concatenate(([0.0], times, [result.horizon_s]))
+    bounds = np.concatenate(([0.0], times, [result.objective.horizon_s]))
     area = np.diff(bounds) @ (1 - np.concatenate(([0.0], probability)))
     assert result.expected_detection_time_s == pytest.approx(area)
 
@@ -93,10 +95,10 @@ def test_several_flights_count_the_earliest_sighting() -> None:
     at_c = Track([0, 4000], [10000] * 2, [4000] * 2, [(0, 4000)])
     at_b = Track([800, 4000], [5000] * 2, [0] * 2, [(800, 4000)])
     at_d = Track([0, 900], [10000] * 2, [-4000] * 2, [(0, 900)])
-    alone = evaluate([at_c], futures, sensor, 3600.0)
+    alone = evaluate([at_c], futures, sensor, Objective(3600.0))
     assert np.isinf(alone.seen_at).tolist() == [False, True]
-    both = evaluate([at_c, at_d, at_b], futures, sensor, 3600.0)
+    both = evaluate([at_c, at_d, at_b], futures, sensor, Objective(3600.0))
     to_c = (5000 + np.hypot(5000, 4000) - 200) / 10
     assert both.seen_at == pytest.approx([to_c, NEVER])
     assert both.end_s == pytest.approx(futures.end_s)
-    assert evaluate([], futures, sensor, 3600.0).expected_detection_time_s == 3600
+    assert evaluate([], futures, sensor, Objective(3600.0)).expected_detection_time_s == 3600

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Track
+from planner.flight.track import Track
 from planner.futures.futures import Futures
-from reference import at_times, by_ticks
+from support.reference import at_times, by_ticks
 
 Points = Sequence[tuple[float, float, float]]  # time, x, y
 ALWAYS = ((-np.inf, np.inf),)

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from command_line import Commands
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import opened_of
 from planner.experiments.duration import (
     CONDITION_S,
     LEG_S,
@@ -17,8 +15,9 @@ from planner.experiments.duration import (
     known_times,
 )
 from planner.experiments.experiment_file import read_experiment
-from planner.experiments.met import targets_of
-from planner.mission.preparation import Recorder
+from planner.experiments.target_sets import targets_of
+from planner.mission.recorder import Recorder
+from support.command_line import Commands
 
 TEXT = """
 scenario = "grid4x4"
@@ -42,10 +41,10 @@ def conditions(tmp_path: Path) -> list[Condition]:
 
 def test_by_size_it_is_targets_driven_and_legs_flown(conditions: list[Condition]) -> None:
     first = conditions[0]
-    recorder = Recorder(opened_of(first), 1)
+    recorder = Recorder(first.opened(), 1)
     each_seed = len(recorder.planning().futures) + len(recorder.judging().futures) + first.targets
     driven = 2 * each_seed + len(targets_of(first.sets[0], first).futures)
-    legs = 4 * opened_of(first).scenario.search.work  # best's at two distances, with two seeds
+    legs = 4 * first.opened().scenario.search.work  # best's at two distances, with two seeds
     expected_s = VEHICLE_S * driven + LEG_S * legs + CONDITION_S * len(conditions)
     found = duration_of(conditions, {})
     assert found.time_s == pytest.approx(expected_s)

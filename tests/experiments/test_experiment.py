@@ -8,6 +8,7 @@ from planner.errors import InputError
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.results import rows_of
+from planner.paper.studies import STUDIES
 
 TEXT = """
 scenario = "figure3"
@@ -116,5 +117,5 @@ def test_what_is_wrong_is_told_in_one_line(tmp_path: Path, text: str, told: str)
     path = tmp_path / "bad.toml"
     path.write_text(f'scenario = "figure3"\n{text}\n')
     with pytest.raises(InputError, match=told) as caught:
-        read_experiment(path)
+        read_experiment(path, STUDIES)
     assert "\n" not in str(caught.value)

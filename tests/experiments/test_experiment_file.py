@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from command_line import Commands
 from planner.errors import InputError
 from planner.experiments.condition import toml_text
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
+from planner.paper.studies import STUDIES
 from planner.scenario.source import read_source
+from support.command_line import Commands
 
 SOUND = """
 scenario = "figure3"
@@ -179,7 +180,7 @@ def test_bad_files_get_one_line(
 ) -> None:
     path = written(tmp_path, text)
     with pytest.raises(InputError, match=told):
-        read_experiment(path)
+        read_experiment(path, STUDIES)
     said = Commands(capsys)("experiment", path, "-o", tmp_path / "out")
     assert (said.code, said.out, said.err.count("\n")) == (2, "", 1)
     assert said.err.startswith(f"planner: {path}: ")

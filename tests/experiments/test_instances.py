@@ -4,10 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from command_line import Commands
-from instances import figure3
-from planner import commands_instances
 from planner.bounds import particle_prices as bound
+from planner.cli import instances as commands_instances
 from planner.detection.evaluation import evaluate
 from planner.errors import InputError
 from planner.experiments.instances import (
@@ -19,8 +17,10 @@ from planner.experiments.instances import (
     names_of,
     read_instances,
 )
-from planner.mission.preparation import Recorder, make_plan, problem_of
+from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.search.methods import METHODS, method_named
+from support.command_line import Commands
+from support.instances import figure3
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_a_bound_is_for_roads_or_for_any_flight(
     roads = bound_on(one, futures, 20)
     problem = problem_of(opened, futures)
     best = make_plan(method_named("exact"), opened, recorder, futures)
-    seen = evaluate(best.tracks, futures, problem.sensor, problem.horizon_s)
+    seen = evaluate(best.tracks, futures, problem.sensor, problem.objective)
     assert (roads.plan_class, roads.note) == ("roads", "")
     assert roads.bound_s <= seen.expected_detection_time_s
     assert roads.gap == pytest.approx(roads.planned_s / roads.bound_s - 1.0)

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from instances import grid, physics_futures
 from planner.arrays import Floats
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor, Track
+from planner.detection.sensor import Sensor
 from planner.experiments.looks import AGAIN_S, looked
+from planner.flight.track import Track
 from planner.futures.futures import Futures
+from support.instances import grid, physics_futures
 
 SENSOR, STEP_S, HORIZON_S = Sensor(100.0), 0.05, 1500.0
 

@@ -14,23 +14,25 @@ from pathlib import Path
 
 import pytest
 
-from command_line import Commands, rows
-from planner.belief.opening import open_scenario
 from planner.errors import InputError, OutputError, SumoError
-from planner.experiments import dask_backend, pool
+from planner.experiments import dask_backend
+from planner.experiments import processes as pool
 from planner.experiments.condition import Condition
-from planner.experiments.conduct import Outcome, conduct
-from planner.experiments.dask_backend import conducted_by_dask
+from planner.experiments.dask_backend import by_dask
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
-from planner.experiments.kept import Kept
-from planner.experiments.pool import Conduct, Done
-from planner.experiments.run import run, run_all
-from planner.mission.preparation import Recorder
+from planner.experiments.processes import Done, RunCondition
+from planner.experiments.result_store import ResultStore
+from planner.experiments.run import run
+from planner.experiments.run_condition import Outcome, run_condition
+from planner.mission.opening import open_scenario
+from planner.mission.recorder import Recorder
 from planner.mission.trial import try_method
 from planner.provenance import versions
 from planner.scenario.source import read_source
 from planner.search.methods import method_named
+from support.command_line import Commands, rows
+from support.experiment_results import run_alone
 
 TEXT = """
 scenario = "figure3"
@@ -58,13 +60,13 @@ def conditions(experiment: Experiment) -> list[Condition]:
 @pytest.fixture(scope="module")
 def whole(conditions: list[Condition], tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("whole")
-    assert run(conditions, out, workers=1).run == len(conditions)
+    assert run_alone(conditions, out, workers=1).run == len(conditions)
     return out
 
 
-def here(conduct: Conduct, conditions: Sequence[Condition], _: int) -> Iterator[Done]:
+def here(run_one: RunCondition, conditions: Sequence[Condition], _: int) -> Iterator[Done]:
     """Run conditions in this process, where processes are not what is tested."""
-    return ((condition, conduct(condition)) for condition in conditions)
+    return ((condition, run_one(condition)) for condition in conditions)
 
 
 def same(out: Path, whole: Path) -> bool:
@@ -86,7 +88,7 @@ def noted(
         act(condition)
     with (folder / "noted").open("a") as file:
         file.write(f"{condition.id}\n")
-    return conduct(condition)
+    return run_condition(condition)
 
 
 def die(_: Condition, *, folder: Path, times: int) -> None:
@@ -135,7 +137,7 @@ def test_both_tables_say_the_same(whole: Path) -> None:
 
 
 def test_workers_change_nothing(conditions: list[Condition], whole: Path, tmp_path: Path) -> None:
-    run(conditions, tmp_path, workers=2)
+    run_alone(conditions, tmp_path, workers=2)
     assert same(tmp_path, whole)
     timings = rows(tmp_path / "timings.parquet")
     assert timings["id"] == [condition.id for condition in conditions]
@@ -156,7 +158,7 @@ def test_resuming_runs_nothing_twice(
     conditions: list[Condition], whole: Path, tmp_path: Path
 ) -> None:
     out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path)
-    alone = functools.partial(run, out=out, conduct=told, backend=here)
+    alone = functools.partial(run_alone, out=out, run_one=told, backend=here)
     some = conditions[::3]
     alone(some)
     assert len(cells(out)) == len(some)
@@ -174,12 +176,12 @@ def test_resuming_runs_nothing_twice(
 
 def test_another_scenario_is_run_anew(tmp_path: Path) -> None:
     fixed = read_experiment_beside(tmp_path, horizon_s=3600).conditions()[:2]
-    assert run(fixed, tmp_path / "out", backend=here).run == 2
-    assert run(fixed, tmp_path / "out", backend=here).run == 0
+    assert run_alone(fixed, tmp_path / "out", backend=here).run == 2
+    assert run_alone(fixed, tmp_path / "out", backend=here).run == 0
     before = cells(tmp_path / "out")
     other = read_experiment_beside(tmp_path, horizon_s=400).conditions()[:2]
     assert [c.id for c in other] == [c.id for c in fixed]
-    assert run(other, tmp_path / "out", backend=here).run == 2
+    assert run_alone(other, tmp_path / "out", backend=here).run == 2
     assert cells(tmp_path / "out") != before
 
 
@@ -200,7 +202,7 @@ def test_a_killed_worker_changes_nothing(
 ) -> None:
     act = functools.partial(die, folder=tmp_path, times=1)
     out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path, act=act)
-    assert run(conditions, out, workers=2, conduct=told).run == len(conditions)
+    assert run_alone(conditions, out, workers=2, run_one=told).run == len(conditions)
     assert (tmp_path / "died").read_text() == "x"
     assert same(out, whole)
     assert killed_once(out, conditions)
@@ -231,9 +233,9 @@ def test_a_stopped_run_goes_on_where_it_was(
     assert before.items() <= after.items()
     assert len(before) < len(after)
     assert not (out / "results.csv").exists()
-    assert run(experiment.conditions(), out, workers=2).run == len(experiment.conditions()) - len(
-        after
-    )
+    assert run_alone(experiment.conditions(), out, workers=2).run == len(
+        experiment.conditions()
+    ) - len(after)
     assert same(out, whole)
 
 
@@ -271,12 +273,12 @@ def test_what_always_kills_its_worker_is_told_from_the_others(
     monkeypatch.setattr(pool, "TRIES", 1)
     act = functools.partial(die, folder=tmp_path, times=99)
     few, out = conditions[:4], tmp_path / "out"
-    run(few, out, workers=2, conduct=functools.partial(noted, folder=tmp_path, act=act))
+    run_alone(few, out, workers=2, run_one=functools.partial(noted, folder=tmp_path, act=act))
     *well, killed = cells(out)
     assert well == cells(whole)[:3]
     assert killed["reason"].startswith("the process that ran it was killed 2 times")
     assert rows(out / "timings.parquet")["retries"][-1] == 1
-    assert run(few, out, workers=1).run == 1  # it is tried again the next time
+    assert run_alone(few, out, workers=1).run == 1  # it is tried again the next time
     assert cells(out) == cells(whole)[:4]
 
 
@@ -293,14 +295,14 @@ def test_what_may_be_mended_is_tried_again(
 ) -> None:
     with monkeypatch.context() as broken:
         broken.setattr(
-            "planner.experiments.conduct.try_method", functools.partial(fail, error=error)
+            "planner.experiments.run_condition.try_method", functools.partial(fail, error=error)
         )
-        outcome = conduct(conditions[2])
+        outcome = run_condition(conditions[2])
     assert (outcome.figures["reason"], outcome.final) == (reason, False)
-    kept = Kept(tmp_path)
+    kept = ResultStore(tmp_path)
     kept.keep(conditions[2], outcome)
     assert kept.figures(conditions[2]) is None
-    kept.keep(conditions[2], conduct(conditions[2]))
+    kept.keep(conditions[2], run_condition(conditions[2]))
     assert kept.figures(conditions[2]) is not None
 
 
@@ -309,7 +311,7 @@ def test_the_table_holds_the_metrics_chosen(
 ) -> None:
     out = shutil.copytree(whole, tmp_path / "out")
     fewer = [replace(one, metrics=("work", "planned_s")) for one in conditions]
-    results = run(fewer, out, workers=1)
+    results = run_alone(fewer, out, workers=1)
     assert results.run == 0
     assert results.rows[0]["roads"] is not None  # what is told at the end is whole
     names = ["id", "method", "sensor.radius_m", "seed", "planned_s", "work", "reason", "versions"]
@@ -327,11 +329,11 @@ def test_what_another_version_made_counts_no_more(
     package: str,
     at: int,
 ) -> None:
-    Kept(tmp_path).keep(conditions[at], Outcome({"reason": "some"}, {}))
-    assert Kept(tmp_path).figures(conditions[at]) == {"reason": "some"}
+    ResultStore(tmp_path).keep(conditions[at], Outcome({"reason": "some"}, {}))
+    assert ResultStore(tmp_path).figures(conditions[at]) == {"reason": "some"}
     newer = versions() | {package: "99.0"}
-    monkeypatch.setattr("planner.experiments.kept.versions", lambda: newer)
-    assert Kept(tmp_path).figures(conditions[at]) is None
+    monkeypatch.setattr("planner.experiments.result_store.versions", lambda: newer)
+    assert ResultStore(tmp_path).figures(conditions[at]) is None
 
 
 def test_the_command_tells_what_came_of_it(
@@ -358,19 +360,19 @@ def test_experiments_take_turns_and_share_what_is_equal(
     first, second = tmp_path / "first", tmp_path / "second"
     taken: list[str] = []
 
-    def noting(conduct: Conduct, waiting: Sequence[Condition], workers: int) -> Iterator[Done]:
+    def noting(run_one: RunCondition, waiting: Sequence[Condition], workers: int) -> Iterator[Done]:
         taken.extend(condition.id for condition in waiting)
-        return here(conduct, waiting, workers)
+        return here(run_one, waiting, workers)
 
     shared, others = conditions[:2], [replace(one, seed=7) for one in conditions[:6:2]]
-    found = run_all({first: conditions, second: [*shared, *others]}, backend=noting)
+    found = run({first: conditions, second: [*shared, *others]}, backend=noting)
     assert [found[out].run for out in (first, second)] == [len(conditions), 5]
     begin = [conditions[0], conditions[1], conditions[2], others[0], conditions[3], others[1]]
     assert taken[:6] == [condition.id for condition in begin]
     assert len(taken) == len(conditions) + 3
     assert same(first, whole)
     assert [row["id"] for row in cells(second)] == [one.id for one in (*shared, *others)]
-    assert run_all({first: conditions}, backend=noting)[first].rows == found[first].rows
+    assert run({first: conditions}, backend=noting)[first].rows == found[first].rows
 
 
 def test_equal_conditions_of_other_files_are_not_shared(tmp_path: Path) -> None:
@@ -381,16 +383,16 @@ def test_equal_conditions_of_other_files_are_not_shared(tmp_path: Path) -> None:
         one = read_experiment_beside(folder, horizon_s=horizon_s)
         experiments[folder / "out"] = one.conditions()[:1]
     assert len({c.id for (c,) in experiments.values()}) == 1
-    run_all(experiments, backend=here)
+    run(experiments, backend=here)
     assert cells(long / "out") != cells(short / "out")
 
 
 def test_nothing_to_run_and_nowhere_to_write(conditions: list[Condition], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no condition is left"):
-        run([], tmp_path)
+        run_alone([], tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="is not a folder; choose another name"):
-        run(conditions[:1], tmp_path / "file")
+        run_alone(conditions[:1], tmp_path / "file")
 
 
 def test_dask_gives_the_same_table_though_a_worker_is_killed(
@@ -399,7 +401,7 @@ def test_dask_gives_the_same_table_though_a_worker_is_killed(
     pytest.importorskip("distributed")
     act = functools.partial(die, folder=tmp_path, times=1)
     out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path, act=act)
-    run(conditions, out, workers=2, conduct=told, backend=conducted_by_dask)
+    run_alone(conditions, out, workers=2, run_one=told, backend=by_dask)
     assert (tmp_path / "died").read_text() == "x"
     assert same(out, whole)
     assert killed_once(out, conditions)
@@ -411,8 +413,8 @@ def test_dask_on_a_running_cluster(
     distributed = pytest.importorskip("distributed")
     given = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with distributed.LocalCluster(n_workers=2, **given) as cluster:
-        there = functools.partial(conducted_by_dask, address=cluster.scheduler_address)
-        run(conditions[:6], tmp_path, workers=1, backend=there)
+        there = functools.partial(by_dask, address=cluster.scheduler_address)
+        run_alone(conditions[:6], tmp_path, workers=1, backend=there)
     assert cells(tmp_path) == cells(whole)[:6]
 
 
@@ -421,9 +423,9 @@ def test_no_scheduler(
 ) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr(dask_backend, "CONNECT_S", 0.5)
-    nowhere = functools.partial(conducted_by_dask, address="tcp://127.0.0.1:1")
+    nowhere = functools.partial(by_dask, address="tcp://127.0.0.1:1")
     with pytest.raises(InputError, match=r"--address tcp://127.0.0.1:1: no Dask scheduler answers"):
-        run(conditions[:1], tmp_path, workers=1, backend=nowhere)
+        run_alone(conditions[:1], tmp_path, workers=1, backend=nowhere)
 
 
 def test_a_quick_run_is_another_experiment(

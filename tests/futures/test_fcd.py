@@ -10,7 +10,7 @@ from planner.errors import InputError
 from planner.futures.store import read_recording
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
-from sumo_instances import grid5x5, town
+from support.sumo_instances import grid5x5, town
 
 ROUTES = """<routes><vType id="t" sigma="0" speedFactor="1" speedDev="0" maxSpeed="{speed}"/>
 <vehicle id="late" type="t" depart="30" departSpeed="desired"><route edges="{a}"/></vehicle>

@@ -9,11 +9,11 @@ import pytest
 
 from planner.belief.particles import Particles
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Track
+from planner.flight.track import Track
 from planner.futures.record import record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
-from sumo_instances import grid5x5, walkers
+from support.sumo_instances import grid5x5, walkers
 
 TICK_S = 0.1
 RADIUS_M = 500.0

@@ -18,7 +18,7 @@ from planner.network.build import build_net
 from planner.network.read import read_net
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
-from sumo_instances import NETS, grid5x5, town, walkers
+from support.sumo_instances import NETS, grid5x5, town, walkers
 
 GRID_HORIZON_S = 10_000.0
 

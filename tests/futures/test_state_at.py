@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.futures.futures import Futures
 from planner.futures.state_at import by_road, state_at
+from support.instances import figure3, physics_futures
 
 
 def two_targets(*, gone: bool) -> Futures:

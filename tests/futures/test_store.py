@@ -7,13 +7,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from instances import figure3, physics_futures
 from planner.errors import InputError
 from planner.futures import store
 from planner.futures.record import record
 from planner.futures.store import describe, read_recording, recorded, write_recording
 from planner.network.road_network import RoadNetwork
-from sumo_instances import grid5x5, walkers
+from support.instances import figure3, physics_futures
+from support.sumo_instances import grid5x5, walkers
 
 
 @pytest.fixture

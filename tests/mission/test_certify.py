@@ -14,12 +14,15 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 
-from grid_instance import grid_futures, grid_problem
 from planner.arrays import Floats
-from planner.bounds.certificate import Effort, certified, earliest, lower_limit
+from planner.bounds.certificate import Effort, certified, earliest
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.plan import Plan
+from planner.flight.track import Track
+from planner.intervals import lower_limit
 from planner.mission.certificate_file import (
     MOTION,
     NET,
@@ -29,20 +32,19 @@ from planner.mission.certificate_file import (
     write_certificate,
 )
 from planner.mission.plan_file import plan_content, write_plan
-from planner.search.plan import Plan, plan_of_legs, plan_of_wait
+from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
-from search_instances import random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.search_instances import random_problem
 
 VERIFY = Path(__file__).parents[2] / "tools" / "verify.py"
 
 
 def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 60) -> None:
     """What `planner plan` and `planner certify` write, but for what verify.py does not read."""
-    planned: Evaluation = evaluate(
-        plan.tracks, problem.futures, problem.sensor, problem.horizon_s, by_s=problem.by_s
-    )
+    planned: Evaluation = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     path = folder / "plan.json"
     figures = {"planned": planned, "evaluated": planned, "seed": 1}
     write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
@@ -71,7 +73,7 @@ def verify(folder: Path) -> subprocess.CompletedProcess[str]:
 
 def small_problem(**changes: object) -> Problem:
     problem = grid_problem(grid_futures(40, np.random.default_rng(3), size=3), size=3)
-    return problem.replace(horizon_s=3000.0, **changes)
+    return problem.replace(objective=Objective(3000.0), **changes)
 
 
 def rate_plan(problem: Problem) -> Plan:
@@ -81,7 +83,9 @@ def rate_plan(problem: Problem) -> Plan:
 @pytest.mark.parametrize("seed", [1, 2, 6, 9])
 def test_another_program_finds_the_same(seed: int, tmp_path: Path) -> None:
     problem = random_problem(seed)
-    problem = problem if seed % 2 else problem.replace(by_s=900.0)
+    problem = (
+        problem if seed % 2 else problem.replace(objective=Objective(problem.horizon_s, 900.0))
+    )
     write_certified(tmp_path, problem, rate_plan(problem))
     done = verify(tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -95,8 +99,9 @@ def test_no_honest_certificate_is_refused(
     seed: int, tmp_path: Path, wrong_claims: Callable[[Path], list[Any]]
 ) -> None:
     """However long the search for prices went on, and however often it split."""
-    problem = random_problem(seed, particles=25).replace(horizon_s=1000.0)
-    problem = problem.replace(by_s=700.0) if seed % 5 == 0 else problem
+    problem = random_problem(seed, particles=25).replace(objective=Objective(1000.0))
+    by_s = 700.0 if seed % 5 == 0 else None
+    problem = problem.replace(objective=Objective(1000.0, by_s))
     write_certified(tmp_path, problem, rate_plan(problem), steps=(40, 160, 400)[seed % 3])
     assert wrong_claims(tmp_path) == []
 
@@ -113,7 +118,7 @@ def test_flights_get_the_bound_of_physics(tmp_path: Path) -> None:
 def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
     """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
     problem = random_problem(seed)
-    uav, radius_m = problem.uavs[0], problem.sensor.radius_m
+    uav, radius_m = problem.uav, problem.sensor.radius_m
     met_s = earliest(problem)
     assert np.all(met_s >= uav.take_off_s)
     for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
@@ -187,7 +192,7 @@ def test_a_sensor_that_sees_in_transit_is_refused(tmp_path: Path) -> None:
     track = plan.tracks[0]
     on = np.array([[track.time_s[0], track.time_s[-1]]])
     seeing = evaluate(
-        (replace(track, sensor_on=on),), problem.futures, problem.sensor, problem.horizon_s
+        (replace(track, sensor_on=on),), problem.futures, problem.sensor, problem.objective
     )
     content = json.loads((tmp_path / "plan.json").read_text())
     value, certificate = seeing.expected_detection_time_s, content["certificate"]
@@ -220,7 +225,7 @@ def flown(plan: Plan, places: list[complex], speed_mps: float) -> Plan:
 def test_flights_that_are_no_whole_hops_are_refused(forged: str, tmp_path: Path) -> None:
     problem = random_problem(7)
     problem = problem.replace(sensor=replace(problem.sensor, detects_in_transit=True))
-    plan, uav = rate_plan(problem), problem.uavs[0]
+    plan, uav = rate_plan(problem), problem.uav
     start, legs = complex(uav.x_m, uav.y_m), problem.legs
     curved = np.flatnonzero(np.diff(legs.first_point) > 2)[:3]
     ways = [slice(legs.first_point[leg], legs.first_point[leg + 1]) for leg in curved]
@@ -250,7 +255,7 @@ def test_flights_that_are_no_whole_hops_are_refused(forged: str, tmp_path: Path)
 def test_nobody_is_a_little_faster(forged: str, tmp_path: Path) -> None:
     """Each of many waypoints comes a bit too soon; or a place is left before it is reached."""
     problem = small_problem()
-    plan, speed_mps = plan_of_wait(problem, "wait", 30_000.0, -30_000.0), problem.uavs[0].speed_mps
+    plan, speed_mps = plan_of_wait(problem, "wait", 30_000.0, -30_000.0), problem.uav.speed_mps
     track = plan.tracks[0]
     time_s = np.linspace(track.time_s[0], track.time_s[1], 400)
     track = Track(time_s, *track.xy(time_s).T, np.array([[time_s[0], time_s[-1]]]))
@@ -308,7 +313,7 @@ def test_every_claim_is_checked(part: str, tmp_path: Path) -> None:
 def test_what_is_assumed_is_said(tmp_path: Path) -> None:
     problem = small_problem()
     write_certified(tmp_path, problem, rate_plan(problem), steps=1)
-    uav, first = problem.uavs[0], verify(tmp_path).stdout.splitlines()[0]
+    uav, first = problem.uav, verify(tmp_path).stdout.splitlines()[0]
     assert first.startswith("assumed: ")
     for said in (f"speed_mps {uav.speed_mps},", "horizon_s 3000.0,", "landing_s None,", "take-off"):
         assert said in first
@@ -343,7 +348,7 @@ def test_bad_files_get_one_line(damage: str, tmp_path: Path) -> None:
 def test_short_searches_are_verified(
     horizon_s: float, by_s: float | None, tmp_path: Path, wrong_claims: Callable[[Path], list[Any]]
 ) -> None:
-    problem = small_problem().replace(horizon_s=horizon_s, by_s=by_s)
+    problem = small_problem().replace(objective=Objective(horizon_s, by_s))
     write_certified(tmp_path, problem, rate_plan(problem), steps=5)
     assert wrong_claims(tmp_path) == []
 
@@ -359,8 +364,8 @@ def test_waiting_is_verified(
 
 def test_the_bound_of_physics_counts_from_take_off(tmp_path: Path) -> None:
     problem = small_problem()
-    late = replace(problem.uavs[0], take_off_s=500.0)
-    problem = problem.replace(uavs=(late,))
+    late = replace(problem.uav, take_off_s=500.0)
+    problem = problem.replace(uav=late)
     write_certified(tmp_path, problem, plan_of_wait(problem, "wait", 15000.0, -15000.0))
     assert wrong(tmp_path) == []
     content = json.loads((tmp_path / "plan.json").read_text())
@@ -396,8 +401,8 @@ def test_a_gap_may_be_asked_for() -> None:
 
 def test_whoever_flies_on_after_landing_is_refused(tmp_path: Path) -> None:
     problem = small_problem()
-    uav = replace(problem.uavs[0], max_flight_time_s=1500.0)
-    problem = problem.replace(uavs=(uav,))
+    uav = replace(problem.uav, max_flight_time_s=1500.0)
+    problem = problem.replace(uav=uav)
     write_certified(tmp_path, problem, rate_plan(problem), steps=5)
     assert verify(tmp_path).returncode == 0
     content = json.loads((tmp_path / "plan.json").read_text())
@@ -411,8 +416,8 @@ def test_whoever_flies_on_after_landing_is_refused(tmp_path: Path) -> None:
 def test_landing_only_lowers_what_is_possible() -> None:
     """The bound leaves the landing out, so it holds for plans that have to land in time."""
     problem = small_problem()
-    uav = replace(problem.uavs[0], max_flight_time_s=1500.0)
-    problem = problem.replace(uavs=(uav,))
+    uav = replace(problem.uav, max_flight_time_s=1500.0)
+    problem = problem.replace(uav=uav)
     certificate = certified(problem, rate_plan(problem), Effort(steps=30))
     assert certificate.bound <= certificate.value
 

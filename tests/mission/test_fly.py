@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.mission.fly import fly
 from planner.search.plan import plan_of_legs, plan_of_wait
-from planner.search.problem import Problem, Uav
+from planner.search.problem import Problem
+from support.instances import figure3, physics_futures
 
 
 def problem(*, gone: bool = False) -> Problem:
@@ -17,7 +19,7 @@ def problem(*, gone: bool = False) -> Problem:
         horizon_s=1e5, gone=gone,
     )  # fmt: skip
     uav = Uav(x_m=-30_000.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0)
-    return Problem(network, truth, (uav,), Sensor(200.0), 3_600.0)
+    return Problem(network, truth, uav, Sensor(200.0), Objective(3_600.0))
 
 
 def leg(name: str) -> int:
@@ -27,7 +29,7 @@ def leg(name: str) -> int:
 def test_found_when_where_and_on_which_leg() -> None:
     asked = problem()
     plan = plan_of_legs(asked, "by hand", [leg("AB"), leg("BD"), leg("DG")])
-    record = fly(plan, asked.futures, asked.sensor, horizon_s=asked.horizon_s)
+    record = fly(plan, asked.futures, asked.sensor, asked.objective)
     # The UAV is at B at 350 s, 1,600 m along BD behind the second target, and gains 80 m/s.
     # The targets pass B after 250 s and are 2,000 m on their roads by then.
     assert record.evaluation.found.tolist() == [False, True]
@@ -44,7 +46,7 @@ def test_waiting_at_the_goal_finds_what_arrives_but_not_before_its_goal() -> Non
     asked = problem()
     node = asked.network.node_xy_m[asked.network.node_index["E"]]
     plan = plan_of_wait(asked, "wait", *node)
-    record = fly(plan, asked.futures, asked.sensor, horizon_s=asked.horizon_s)
+    record = fly(plan, asked.futures, asked.sensor, asked.objective)
     assert record.evaluation.found.tolist() == [True, False]
     assert record.leg.tolist() == [0, 0]
     assert record.evaluation.seen_at[0] < asked.futures.end_s[0]  # 200 m ahead of its goal

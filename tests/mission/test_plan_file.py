@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import InputError
+from planner.flight.uav import Uav
 from planner.mission.plan_file import plan_content, read_plan, write_plan
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem, Uav
+from planner.search.problem import Problem
+from support.instances import figure3, physics_futures
 
 
 def written(path: Path, *, transit: bool, by_s: float | None = None) -> dict[str, object]:
@@ -22,9 +24,9 @@ def written(path: Path, *, transit: bool, by_s: float | None = None) -> dict[str
         network, routes, [0.0] * 3, [12.0, 20.0, 25.0], horizon_s=1e5, gone=False
     )
     uav = Uav(x_m=-30_000.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0)
-    asked = Problem(network, futures, (uav,), Sensor(200.0, transit), 3_600.0)
+    asked = Problem(network, futures, uav, Sensor(200.0, transit), Objective(3_600.0))
     plan = plan_of_legs(asked, "by hand", [0, 5, 2, 9])
-    evaluation = evaluate(plan.tracks, futures, asked.sensor, asked.horizon_s, by_s=by_s)
+    evaluation = evaluate(plan.tracks, futures, asked.sensor, Objective(asked.horizon_s, by_s))
     content = plan_content(
         plan, network, sensor=asked.sensor, planned=evaluation, evaluated=evaluation, seed=1
     )
@@ -40,7 +42,7 @@ def test_the_file_alone_reproduces_the_figures(tmp_path: Path, transit: bool) ->
         figure3(), [["AB", "BC", "CE"], ["AB", "BD", "DG"], ["AB", "BC", "CF"]],
         [0.0] * 3, [12.0, 20.0, 25.0], horizon_s=1e5, gone=False,
     )  # fmt: skip
-    again = evaluate(stored.plan.tracks, futures, stored.sensor, stored.horizon_s)
+    again = evaluate(stored.plan.tracks, futures, stored.sensor, stored.objective)
     planned = content["planned"]
     assert isinstance(planned, dict)
     assert again.expected_detection_time_s == planned["expected_detection_time_s"]
@@ -54,14 +56,14 @@ def test_the_objective_stands_beside_its_value(tmp_path: Path) -> None:
     assert isinstance(timed, dict)
     assert timed["objective"] == "time"
     assert "found_by_s" not in timed
-    assert read_plan(tmp_path / "plan.json", figure3()).by_s is None
+    assert read_plan(tmp_path / "plan.json", figure3()).objective.by_s is None
     content = written(tmp_path / "plan.json", transit=True, by_s=400.0)
     for part in ("planned", "evaluated"):
         figures = content[part]
         assert isinstance(figures, dict)
         assert (figures["objective"], figures["found_by_s"]) == ("probability", 400.0)
         assert 0 < figures["found_by_probability"] < figures["detection_probability"]
-    assert read_plan(tmp_path / "plan.json", figure3()).by_s == 400.0
+    assert read_plan(tmp_path / "plan.json", figure3()).objective.by_s == 400.0
 
 
 def test_legs_name_roads_and_nodes_in_flying_direction(tmp_path: Path) -> None:

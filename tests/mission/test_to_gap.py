@@ -7,10 +7,12 @@ import pytest
 
 from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.objective import Objective
+from planner.flight.plan import Plan
 from planner.mission.to_gap import MORE, Sides, planned_to_gap
 from planner.mission.trial import Trial
-from planner.search.plan import Plan, plan_of_legs, plan_of_wait
-from search_instances import random_problem
+from planner.search.plan import plan_of_legs, plan_of_wait
+from support.search_instances import random_problem
 
 PROBLEM = random_problem(2)
 ROADS = plan_of_legs(PROBLEM, "roads", [0, 2])
@@ -21,7 +23,7 @@ def trial(value: float, plan: Plan = ROADS, *, by_s: float | None = None) -> Tri
     """A trial whose plan has a given figure."""
     seen = np.array([value, value]) if by_s is None else np.array([0.0, np.inf])
     weight = np.array([0.5, 0.5]) if by_s is None else np.array([value, 1.0 - value])
-    planned = Evaluation(seen, weight, np.zeros(2), PROBLEM.horizon_s, by_s)
+    planned = Evaluation(seen, weight, np.zeros(2), Objective(PROBLEM.horizon_s, by_s))
     return Trial("", plan, planned, planned, 0.0, 0, 0, stopped=False)
 
 
@@ -145,11 +147,11 @@ def test_whoever_asks_gets_the_best_so_far() -> None:
 
 
 def test_figures_of_evaluations() -> None:
-    problem = PROBLEM.replace(by_s=600.0)
+    problem = PROBLEM.replace(objective=Objective(PROBLEM.horizon_s, 600.0))
     for one in (PROBLEM, problem):
-        made = evaluate(ROADS.tracks, one.futures, one.sensor, one.horizon_s, by_s=one.by_s)
+        made = evaluate(ROADS.tracks, one.futures, one.sensor, one.objective)
         seen, weight = made.seen_at, made.weight
         expected = float(weight @ np.minimum(seen, one.horizon_s))
         assert made.figure == pytest.approx(
-            expected if one.by_s is None else float(weight[seen <= 600.0].sum())
+            expected if one.objective.by_s is None else float(weight[seen <= 600.0].sum())
         )

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import instances
 from planner.errors import InputError
 from planner.network import read
 from planner.network.read import open_network, read_net
 from planner.network.road_network import RoadNetwork
+from support import instances
 
 NETS = Path(__file__).parents[2] / "sumo_nets"
 

@@ -4,9 +4,9 @@ import networkx as nx
 from hypothesis import given
 from hypothesis import strategies as st
 
-from instances import by_two_letters, figure1, figure3, grid
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import find_cycle, road_graph, sources
+from support.instances import by_two_letters, figure1, figure3, grid
 
 PLACES = {name: (i * 100.0, i * i * 10.0) for i, name in enumerate("ABCDEF")}
 pairs = st.tuples(st.sampled_from("ABCDEF"), st.sampled_from("ABCDEF")).map("".join)

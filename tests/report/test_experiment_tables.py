@@ -9,12 +9,13 @@ import pytest
 import scipy.stats
 
 from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
 from planner.experiments.instances import Bound, instances_path, read_instances
+from planner.intervals import student_interval
 from planner.report.experiment_tables import (
     failures,
     instances_table,
     results_table,
-    student_interval,
 )
 from planner.report.tables import console
 
@@ -70,7 +71,9 @@ def test_failures_are_counted_and_left_out() -> None:
 @pytest.mark.parametrize(("plans", "told"), [("roads", "+50.0 %"), ("free", "(+50.0 %)")])
 def test_a_bound_is_told_as_a_share_of_itself(plans: str, told: str) -> None:
     one = replace(read_instances(instances_path())[0], bound=Bound(1500.0, 1000.0, plans))
-    seen = Evaluation(np.array([1400.0, 1600.0]), np.full(2, 0.5), np.full(2, 900.0), 2000.0)
+    seen = Evaluation(
+        np.array([1400.0, 1600.0]), np.full(2, 0.5), np.full(2, 900.0), Objective(2000.0)
+    )
     table = instances_table([one], {one.name: seen}, {})
     assert list(table.columns[2].cells) == [told]
 

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.errors import OutputError
+from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
 from planner.report.picture import plan_picture, where_picture
-from planner.search.plan import Plan, plan_of_legs, plan_of_wait
+from planner.search.plan import plan_of_legs, plan_of_wait
+from support.grid_instance import grid_futures, grid_problem
 
 PROBLEM = grid_problem(grid_futures(60, np.random.default_rng(1)), distance_m=60000.0)
 LEGS = plan_of_legs(PROBLEM, "greedy", [2, 6, 41])
@@ -23,7 +24,7 @@ WAIT = plan_of_wait(PROBLEM, "wait", 75000.0, -75000.0)
 def evaluated(plan: Plan) -> dict[str, Evaluation]:
     fresh = grid_futures(40, np.random.default_rng(2))
     return {
-        name: evaluate(plan.tracks, futures, PROBLEM.sensor, PROBLEM.horizon_s)
+        name: evaluate(plan.tracks, futures, PROBLEM.sensor, PROBLEM.objective)
         for name, futures in (("planned", PROBLEM.futures), ("fresh", fresh))
     }
 
@@ -79,7 +80,7 @@ def test_other_plans_have_a_picture_too(tmp_path: Path, plan: Plan) -> None:
 
 def test_nobody_there_has_a_picture(tmp_path: Path) -> None:
     nobody = PROBLEM.replace(futures=PROBLEM.futures.take(np.zeros(60, dtype=bool)))
-    none = evaluate(LEGS.tracks, nobody.futures, nobody.sensor, nobody.horizon_s)
+    none = evaluate(LEGS.tracks, nobody.futures, nobody.sensor, nobody.objective)
     plan_picture(tmp_path / "p.png", nobody, LEGS, evaluations={"planned": none})
     assert (tmp_path / "p.png").exists()
 

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.detection.evaluation import Evaluation
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.futures.state_at import by_road, state_at
 from planner.report.doctor import Finding
 from planner.report.tables import (
@@ -24,14 +25,17 @@ from planner.report.tables import (
     where_table,
 )
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem, Uav
+from planner.search.problem import Problem
+from support.instances import figure3, physics_futures
 
 NET = figure3()
 
 
 def evaluation(seen_s: list[float], *, weight: float = 1.0) -> Evaluation:
     n = len(seen_s)
-    return Evaluation(np.array(seen_s), np.full(n, weight / n), np.full(n, 900.0), 1000.0)
+    return Evaluation(
+        np.array(seen_s), np.full(n, weight / n), np.full(n, 900.0), Objective(1000.0)
+    )
 
 
 PLANNED = evaluation([100, 200, 300, np.inf])
@@ -81,7 +85,9 @@ def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
 
 
 def test_a_deadline_has_its_own_line_and_column(printed: Callable[[object], str]) -> None:
-    planned, fresh = (replace(result, by_s=240.0) for result in (PLANNED, FRESH))
+    planned, fresh = (
+        replace(result, objective=Objective(1000.0, 240.0)) for result in (PLANNED, FRESH)
+    )
     row = MethodRow("greedy", planned, fresh, roads=7)
     assert line(printed(plan_table(row)), "found by")[:3] == [
         "found by 0:04:00",
@@ -114,7 +120,7 @@ def test_where(printed: Callable[[object], str]) -> None:
 
 def test_legs_name_the_ends_as_flown(printed: Callable[[object], str]) -> None:
     futures = physics_futures(NET, [["AB"]], 0.0, 10.0)
-    problem = Problem(NET, futures, (Uav(0.0, 0.0, 0.0, 100.0),), Sensor(200.0), 3600.0)
+    problem = Problem(NET, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0))
     text = printed(legs_table(plan_of_legs(problem, "any", [0, 3]), NET))
     assert line(text, "1 ") == ["1", "AB", "A", "B", "0:00:00", "0:00:50"]
     assert line(text, "2 ")[:4] == ["2", "BC", "C", "B"]

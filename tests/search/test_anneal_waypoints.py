@@ -5,13 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grid_instance import grid_futures, grid_problem
-from instances import figure3, physics_futures
 from planner.arrays import Floats
 from planner.detection.evaluation import evaluate
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
+from planner.flight.uav import Uav
 from planner.search.anneal_waypoints import (
     MOVE,
     Annealing,
@@ -20,9 +21,11 @@ from planner.search.anneal_waypoints import (
     times_left,
     waypoints_of,
 )
-from planner.search.plan import Plan, plan_of_waypoints
-from planner.search.problem import Budget, Problem, Uav
-from search_instances import driven, random_network, strayed
+from planner.search.plan import plan_of_waypoints
+from planner.search.problem import Budget, Problem
+from support.grid_instance import grid_futures, grid_problem
+from support.instances import figure3, physics_futures
+from support.search_instances import driven, random_network, strayed
 
 
 def some_problem(seed: int) -> Problem:
@@ -36,7 +39,7 @@ def some_problem(seed: int) -> Problem:
     uav = Uav(x_m, y_m, float(rng.choice([0.0, 150.0])), 80.0, 0.0, lasts_s, home)
     sensor = Sensor(float(rng.choice([60.0, 400.0])))
     by_s = float(rng.uniform(200, 1200)) if rng.random() < 0.3 else None
-    return Problem(network, futures, (uav,), sensor, 1500.0, by_s)
+    return Problem(network, futures, uav, sensor, Objective(1500.0, by_s))
 
 
 def wandering(problem: Problem, rng: np.random.Generator, count: int = 8) -> Floats:
@@ -77,7 +80,7 @@ def test_after_any_moves_the_known_flight_is_what_detection_says(seed: int) -> N
 @given(seed=st.integers(0, 10**6))
 def test_never_worse_than_its_start_and_flown_as_the_uav_can(seed: int) -> None:
     problem = some_problem(seed)
-    uav, start = problem.uavs[0], wandering(problem, np.random.default_rng(seed))
+    uav, start = problem.uav, wandering(problem, np.random.default_rng(seed))
     plan = annealed(problem, start, moves=300)
     track = plan.tracks[0]
     assert reward(problem, plan) >= reward(problem, plan_of_waypoints(problem, "", start)) - 1e-9
@@ -111,7 +114,7 @@ def test_free_movement_beats_the_roads_on_the_grid() -> None:
     problem = grid_problem(grid_futures(2000, np.random.default_rng(2)))
     fresh = grid_futures(4000, np.random.default_rng(3))
     free = annealed(problem, None, moves=4000)
-    result = evaluate(free.tracks, fresh, problem.sensor, problem.horizon_s)
+    result = evaluate(free.tracks, fresh, problem.sensor, problem.objective)
     assert result.expected_detection_time_s < 150.0  # the best road plans take over 200
     assert result.detection_probability >= 0.998
 
@@ -124,7 +127,9 @@ def test_on_figure_3_it_is_at_least_as_good_as_the_best_order_of_roads() -> None
     paths = [path.split() for path in ("AB BC CE", "AB BC CF", "AB BD DF", "AB BD DG")]
     speeds = np.tile(np.arange(6.0, 31.0), 4)
     futures = physics_futures(network, [p for p in paths for _ in range(25)], 0.0, speeds)
-    problem = Problem(network, futures, (Uav(-30e3, 0.0, 0.0, 100.0),), Sensor(200.0), 3600.0)
+    problem = Problem(
+        network, futures, Uav(-30e3, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0)
+    )
     best = exact(problem, budget=Budget(roads=7), rng=np.random.default_rng(0))
     order = [flown.leg for flown in best.legs[0]]
     start = waypoints_of(problem, plan_of_legs(problem, "", order))
@@ -137,7 +142,7 @@ def test_judges_choose_where_its_own_particles_would_mislead() -> None:
     own, judges, fresh = (grid_futures(count, rng) for count in (60, 3000, 3000))
     problem = grid_problem(own, distance_m=300e3)
     alone, chosen = (
-        evaluate(annealed(asked, None, moves=3000).tracks, fresh, problem.sensor, 1e4)
+        evaluate(annealed(asked, None, moves=3000).tracks, fresh, problem.sensor, problem.objective)
         for asked in (problem, problem.replace(judges=judges))
     )
     assert chosen.expected_detection_time_s < alone.expected_detection_time_s

@@ -6,20 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.search.beam import Beam, Outlook, beam, beam_order
 from planner.search.best import best
 from planner.search.exact import best_order
 from planner.search.lns import lns, polished
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.problem import Budget, Problem
 from planner.search.rate import rate, rate_order
-from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 from planner.streams import stream
-from search_instances import random_problem
+from support.instances import figure3, physics_futures
+from support.search_instances import random_problem
 
 PATHS = (["AB", "BC", "CE"], ["AB", "BC", "CF"], ["AB", "BD", "DF"], ["AB", "BD", "DG"])
 
@@ -31,7 +32,7 @@ def section4(*, gone: bool = False, start_km: float = 30.0, take_off_s: float = 
         figure3(), list(PATHS) * 25, np.zeros(100), speeds, horizon_s=3_600.0, gone=gone
     )
     uav = Uav(x_m=-1_000.0 * start_km, y_m=0.0, take_off_s=take_off_s, speed_mps=100.0)
-    return Problem(figure3(), futures, (uav,), Sensor(200.0), 3_600.0)
+    return Problem(figure3(), futures, uav, Sensor(200.0), Objective(3_600.0))
 
 
 def reward(problem: Problem, order: list[int]) -> float:
@@ -59,7 +60,7 @@ def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
 def test_a_beam_that_drops_nothing_finds_the_best_way_along_roads(
     by_s: float | None, gone: bool
 ) -> None:
-    problem = section4(gone=gone).replace(horizon_s=600.0, by_s=by_s)
+    problem = section4(gone=gone).replace(objective=Objective(600.0, by_s))
     engine = WhatIf(problem)
     most = max(reward(problem, order) for order in orders(problem, []))
     found, grown = beam_order(engine, Beam(10**6, bucket_s=1.0), _outlook(problem))
@@ -72,11 +73,11 @@ def _outlook(problem: Problem) -> Outlook:
 
 
 def test_a_beam_goes_on_from_where_a_search_stands() -> None:
-    problem = section4().replace(horizon_s=560.0)
+    problem = section4().replace(objective=Objective(560.0))
     engine = WhatIf(problem)
     first = 0
-    seen = engine.fly(SearchState.at_start(problem), np.array([first])).seen(0, 100)
-    start = SearchState.at_start(problem).after(problem, first, seen)
+    seen = engine.fly(problem.first_state, np.array([first])).seen(0, 100)
+    start = problem.first_state.after(problem.legs, first, seen)
     rest, _ = beam_order(engine, Beam(10**6, bucket_s=1.0), _outlook(problem), start=start)
     most = max(reward(problem, order) for order in orders(problem, [first]))
     assert reward(problem, [first, *rest]) >= most * (1 - 1e-9)  # it may fly to its next road
@@ -148,7 +149,7 @@ def test_best_returns_what_it_has_when_it_is_stopped() -> None:
 
 def test_beams_land_in_time() -> None:
     problem = section4()
-    uav = replace(problem.uavs[0], max_flight_time_s=700.0)
-    plan = beam(problem.replace(uavs=(uav,)), budget=Budget(work=9000), rng=stream(1, "b"))
+    uav = replace(problem.uav, max_flight_time_s=700.0)
+    plan = beam(problem.replace(uav=uav), budget=Budget(work=9000), rng=stream(1, "b"))
     assert plan.tracks[0].end_s <= 700.0
     assert len(plan.legs[0]) > 0

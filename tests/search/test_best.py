@@ -5,18 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
 from planner.search.best import best
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
+from support.grid_instance import grid_futures, grid_problem
 
 
 def value_s(problem: Problem, budget: Budget, seed: int = 1) -> float:
     plan = best(problem, budget=budget, rng=stream(seed, "best"))
-    found = evaluate(plan.tracks, problem.futures, problem.sensor, problem.horizon_s)
+    found = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     return found.expected_detection_time_s
 
 
@@ -49,7 +50,7 @@ def test_the_search_ends_when_wider_beams_find_nothing_new() -> None:
     """The few orders of a search that is over in minutes; the budget alone would last for hours."""
     near = grid_problem(grid_futures(50, np.random.default_rng(2), size=3), size=3)
     heard: list[int] = []
-    problem = near.replace(horizon_s=400.0)
+    problem = near.replace(objective=Objective(400.0))
     budget = Budget(work=10**9, told=lambda _, done: heard.append(done))
     best(problem, budget=budget, rng=stream(1, "best"))
     assert heard == sorted(heard)

@@ -8,15 +8,18 @@ from functools import cache
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures
-from instances import by_two_letters, figure3, grid, physics_futures
 from planner.arrays import Floats
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor, Track
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import InputError, NotApplicableError
+from planner.flight.plan import Plan
+from planner.flight.track import Track
+from planner.flight.uav import Uav
 from planner.search.methods import METHODS, Method, method_named
-from planner.search.plan import Plan
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.problem import Budget, Problem
+from support.grid_instance import grid_futures
+from support.instances import by_two_letters, figure3, grid, physics_futures
 
 BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
@@ -36,7 +39,7 @@ def paper_figure3() -> Problem:
     paths = [path.split() for path in ("AB BC CE", "AB BC CF", "AB BD DF", "AB BD DG")]
     speeds = np.tile(np.arange(6.0, 31.0), 4)
     futures = physics_futures(network, [p for p in paths for _ in range(25)], 0.0, speeds)
-    return Problem(network, futures, (Uav(-30e3, 0.0, 0.0, 100.0),), Sensor(200.0), 3600.0)
+    return Problem(network, futures, Uav(-30e3, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0))
 
 
 def short_flight() -> Problem:
@@ -47,7 +50,8 @@ def short_flight() -> Problem:
         network, paths * 5, 100.0, np.linspace(10, 25, 20), gone=True, weight=np.full(20, 0.04)
     )
     uav = Uav(-5e3, 2e3, 50.0, 80.0, max_flight_time_s=500.0)
-    return Problem(network, futures, (uav,), Sensor(150.0, detects_in_transit=False), 1500.0)
+    sensor = Sensor(150.0, detects_in_transit=False)
+    return Problem(network, futures, uav, sensor, Objective(1500.0))
 
 
 def two_way() -> Problem:
@@ -56,27 +60,27 @@ def two_way() -> Problem:
     network = by_two_letters(nodes, "AB BA BC CB CA")
     routes = [path.split() for path in ("AB BC CB BA", "BA AB BC", "CA AB BC", "CB BC")]
     futures = physics_futures(network, routes * 4, 0.0, np.linspace(8, 20, 16))
-    return Problem(network, futures, (Uav(0.0, 0.0, 0.0, 60.0),), Sensor(100.0), 1200.0)
+    return Problem(network, futures, Uav(0.0, 0.0, 0.0, 60.0), Sensor(100.0), Objective(1200.0))
 
 
 def far_grid() -> Problem:
     futures = grid_futures(60, np.random.default_rng(5), size=3)
     uav = Uav(-150e3, 150e3, 0.0, 100.0)
-    return Problem(grid(3, 3), futures, (uav,), Sensor(500.0), 10000.0)
+    return Problem(grid(3, 3), futures, uav, Sensor(500.0), Objective(10000.0))
 
 
 def short_return() -> Problem:
     """The UAV has to be back within minutes, and sees on the way home."""
     problem = paper_figure3()
     uav = Uav(0.0, 3e3, 120.0, 100.0, max_flight_time_s=420.0, return_to_m=(5e3, -6e3))
-    return problem.replace(uavs=(uav,))
+    return problem.replace(uav=uav)
 
 
 def by_deadline() -> Problem:
     """The same roads, and ten minutes to find the target; home is where the UAV starts."""
     problem = short_flight()
     uav = Uav(-5e3, 2e3, 50.0, 80.0, max_flight_time_s=550.0, return_to_m=(-5e3, 2e3))
-    return problem.replace(uavs=(uav,), by_s=450.0)
+    return problem.replace(uav=uav, objective=Objective(problem.horizon_s, 450.0))
 
 
 INSTANCES: dict[str, Callable[[], Problem]] = {
@@ -142,10 +146,10 @@ def fingerprint(thing: object) -> str:
 
 def cost_s(problem: Problem, plan: Plan) -> float:
     """What the objective has least of: expected seconds, or the horizon for each miss."""
-    result = evaluate(plan.tracks, problem.futures, problem.sensor, problem.horizon_s)
-    if problem.by_s is None:
+    result = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
+    if problem.objective.by_s is None:
         return result.expected_detection_time_s
-    return problem.horizon_s * (1 - result.found_by_probability(problem.by_s))
+    return problem.horizon_s * (1 - result.found_by_probability(problem.objective.by_s))
 
 
 @cache
@@ -185,7 +189,7 @@ def test_the_budget_is_kept(method: Method, name: str) -> None:
 @every_pair
 def test_legs_are_flown_as_they_are_named(method: Method, name: str) -> None:
     problem = instance(name)
-    network, uav, plan = problem.network, problem.uavs[0], planned(method, problem)
+    network, uav, plan = problem.network, problem.uav, planned(method, problem)
     track = plan.tracks[0]
     time_s, place = uav.take_off_s, np.array([uav.x_m, uav.y_m])
     for flown in plan.legs[0]:
@@ -208,7 +212,7 @@ def test_legs_are_flown_as_they_are_named(method: Method, name: str) -> None:
 @every_pair
 def test_tracks_obey_the_uav(method: Method, name: str) -> None:
     problem = instance(name)
-    uav, plan = problem.uavs[0], planned(method, problem)
+    uav, plan = problem.uav, planned(method, problem)
     (track,) = plan.tracks
     assert (track.time_s[0], track.x_m[0], track.y_m[0]) == (uav.take_off_s, uav.x_m, uav.y_m)
     assert track.end_s <= uav.landing_s + 1e-9

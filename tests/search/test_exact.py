@@ -6,16 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instances import by_two_letters, figure1, figure3, grid, physics_futures
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search import exact as exact_module
 from planner.search.exact import best_order, enumerate_orders, exact, number_of_orders
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.problem import Budget, Problem
+from support.instances import by_two_letters, figure1, figure3, grid, physics_futures
 
 KM = 1000.0
 
@@ -29,9 +31,9 @@ def figure3_problem(*, gone: bool, x_m: float = -30 * KM, take_off_s: float = 0.
     return Problem(
         network=network,
         futures=physics_futures(network, routes, 0.0, speeds, gone=gone),
-        uavs=(Uav(x_m, 0.0, take_off_s, 100.0),),
+        uav=Uav(x_m, 0.0, take_off_s, 100.0),
         sensor=Sensor(200.0),
-        horizon_s=3600.0,
+        objective=Objective(3600.0),
     )
 
 
@@ -87,9 +89,9 @@ def random_problem(seed: int, roads: int) -> Problem:
     return Problem(
         network=network,
         futures=random_futures(network, rng, count=12),
-        uavs=(Uav(x_m, y_m, take_off_s, 100.0, max_flight_time_s=flight_s),),
+        uav=Uav(x_m, y_m, take_off_s, 100.0, max_flight_time_s=flight_s),
         sensor=Sensor(radius_m, detects_in_transit=bool(rng.random() < 0.5)),
-        horizon_s=horizon_s,
+        objective=Objective(horizon_s),
     )
 
 
@@ -104,7 +106,7 @@ def plain_orders(roads: int, flown: int) -> list[tuple[int, ...]]:
 def plain_value(problem: Problem, order: tuple[int, ...]) -> float:
     """E of the whole flight, as any other plan is evaluated."""
     tracks = plan_of_legs(problem, "", order).tracks
-    result = evaluate(tracks, problem.futures, problem.sensor, problem.horizon_s)
+    result = evaluate(tracks, problem.futures, problem.sensor, problem.objective)
     return result.expected_detection_time_s
 
 
@@ -213,7 +215,7 @@ def test_the_earliest_meeting_is_physics() -> None:
     for seed in range(40):
         problem = random_problem(400 + seed, 5)
         case = exact_module._case(problem)
-        futures, speed = problem.futures, problem.uavs[0].speed_mps
+        futures, speed = problem.futures, problem.uav.speed_mps
         for k, time_s in itertools.product(range(len(futures)), (0.0, 150.0)):
             meeting_s = earliest_meeting(case, seed % 5, time_s, k)
             assert meeting_s >= time_s

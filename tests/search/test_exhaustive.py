@@ -7,17 +7,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from instances import by_two_letters, figure1, figure3, grid, network_of_roads, physics_futures
 from planner.detection.first_detection import first_detection
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import sources
 from planner.search.exhaustive import breadth_first, exhaustive
 from planner.search.exhaustive_shortest import exhaustive_shortest, shortest_order
-from planner.search.plan import Plan, plan_of_legs
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Budget, Problem
+from support.instances import (
+    by_two_letters,
+    figure1,
+    figure3,
+    grid,
+    network_of_roads,
+    physics_futures,
+)
 
 LETTERS = "ABCDEFGHIJ"
 PLANNERS = [exhaustive, exhaustive_shortest]
@@ -28,7 +38,7 @@ def problem_on(
 ) -> Problem:
     nobody = physics_futures(network, [], 0.0, 1.0)
     uav = Uav(x_m=-3000.0, y_m=1000.0, take_off_s=take_off_s, speed_mps=100.0)
-    return Problem(network, futures or nobody, (uav,), Sensor(5.0), np.inf)
+    return Problem(network, futures or nobody, uav, Sensor(5.0), Objective(np.inf))
 
 
 def planned(planner: object, problem: Problem) -> Plan:
@@ -125,7 +135,7 @@ class TestAsPrinted:
         problem = problem_on(figure1())
         whole = planned(planner, problem)
         uav = Uav(-3000.0, 1000.0, 0.0, 100.0, max_flight_time_s=whole.legs[0][4].end_s + 1.0)
-        short = planned(planner, problem.replace(uavs=(uav,)))
+        short = planned(planner, problem.replace(uav=uav))
         assert short.legs[0] == whole.legs[0][:5]
 
 
@@ -201,8 +211,8 @@ class TestShortest:
         assert extra(problem, order) == (pytest.approx(least_s, abs=1e-4), min(movements))
 
     def test_grid_is_proven(self) -> None:
-        corner = (Uav(x_m=0.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0),)
-        problem = problem_on(grid(6, 6)).replace(uavs=corner)
+        corner = Uav(x_m=0.0, y_m=0.0, take_off_s=0.0, speed_mps=100.0)
+        problem = problem_on(grid(6, 6)).replace(uav=corner)
         order, proven = shortest_order(problem)
         assert proven
         assert keeps_precedence(problem.network, order)

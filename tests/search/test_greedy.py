@@ -6,19 +6,21 @@ from itertools import product
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
-from instances import network_of_roads
 from planner.arrays import Flags, Floats
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import InputError, NotApplicableError
+from planner.flight.plan import Plan
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.search.greedy import GreedyOptions, greedy
-from planner.search.plan import Plan
-from planner.search.problem import Budget, Problem, Uav
-from planner.search.state import SearchState, candidate_legs
+from planner.search.problem import Budget, Problem, candidate_legs
+from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
-from search_instances import flown, random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.instances import network_of_roads
+from support.search_instances import flown, random_problem
 
 RNG = np.random.default_rng(0)  # handed to every planner, not used by this one
 
@@ -53,7 +55,7 @@ def printed_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list
     """Figure 4 with whole tracks and first_detection alone."""
     shape = (len(problem.legs), len(problem.futures))
     figure6 = Printed(np.zeros(shape, dtype=bool), np.full(shape, np.inf))
-    state = SearchState.at_start(problem)
+    state = problem.first_state
     while len(state.order) < depth and state.time_s < problem.horizon_s:
         if options.ends == "all found" and np.isfinite(figure6.observation_times[0]).all():
             break
@@ -71,7 +73,7 @@ def printed_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list
         ]
         least = next(i for i in range(len(legs)) if no_better(min(costs), costs[i]))
         figure6.take_over(least, options.flags == "copied")
-        state = state.after(problem, legs[least], state.seen_at)
+        state = state.after(problem.legs, legs[least], state.seen_at)
     return list(state.order)
 
 
@@ -133,9 +135,9 @@ class Fork:
             futures=Futures(
                 [0, 0], [10000, -50000], [0, 0], [0, 1], [0, 1, 2], [self.near, self.far], [0, 0]
             ),
-            uavs=(Uav(0.0, 0.0, 0.0, 100.0),),
+            uav=Uav(0.0, 0.0, 0.0, 100.0),
             sensor=Sensor(1000.0),
-            horizon_s=self.horizon_s,
+            objective=Objective(self.horizon_s),
         )
 
 
@@ -178,16 +180,16 @@ def test_no_leg_begins_after_the_horizon_or_ends_after_the_landing() -> None:
     problem = Fork(0.5, 0.5, 90.0).problem()
     assert order_of(greedy(problem, budget=Budget(2), rng=RNG)) == [0]
     tired = problem.replace(
-        horizon_s=5000.0, uavs=(replace(problem.uavs[0], max_flight_time_s=699.0),)
+        objective=Objective(5000.0), uav=replace(problem.uav, max_flight_time_s=699.0)
     )
     assert order_of(greedy(tired, budget=Budget(2), rng=RNG)) == [0]
-    rested = tired.replace(uavs=(replace(problem.uavs[0], max_flight_time_s=701.0),))
+    rested = tired.replace(uav=replace(problem.uav, max_flight_time_s=701.0))
     assert order_of(greedy(rested, budget=Budget(2), rng=RNG)) == NEAR_FIRST
 
 
 def test_transit_counts_only_if_the_sensor_is_on() -> None:
     problem = Fork(0.6, 0.4, 5000.0).problem()
-    over_near = problem.replace(uavs=(Uav(20000.0, 0.0, 0.0, 100.0),))
+    over_near = problem.replace(uav=Uav(20000.0, 0.0, 0.0, 100.0))
     plans = {
         on: order_of(
             greedy(
@@ -258,7 +260,7 @@ def test_the_paper_grid_in_the_mean(
         futures = grid_futures(1000, np.random.default_rng(seed))
         problem = grid_problem(futures, distance_m=distance_km * 1000)
         plan = greedy(problem, budget=Budget(16), rng=RNG)
-        result = evaluate(plan.tracks, fresh, problem.sensor, problem.horizon_s)
+        result = evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
         means.append(result.expected_detection_time_s)
     assert np.mean(means) == pytest.approx(expected_s, abs=tolerance_s)
 
@@ -266,7 +268,7 @@ def test_the_paper_grid_in_the_mean(
 @pytest.mark.parametrize("seed", range(12))
 def test_ties_go_to_the_lowest_index_or_to_the_earliest_end(seed: int) -> None:
     problem = random_problem(seed)
-    engine, start = WhatIf(problem), SearchState.at_start(problem)
+    engine, start = WhatIf(problem), problem.first_state
     flights = engine.fly(start, candidate_legs(problem, start, directions="both"))
     weight = problem.futures.weight[flights.particle]
     gained = flights.per_flight(weight * problem.objective.reward(flights.seen_at))

@@ -12,15 +12,17 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from instances import grid, network_of_roads
 from planner.arrays import Floats
 from planner.bounds.certificate import Certificate, Effort, certified
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search.exact import best_order
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem, Uav
+from planner.search.problem import Problem
+from support.instances import grid, network_of_roads
 
 SPEED_MPS, RADIUS_M, HORIZON_S = 100.0, 100.0, 1200.0
 
@@ -38,7 +40,7 @@ def at_rest(net: RoadNetwork, weight: Floats, start: int, *, transit: bool) -> P
         gone=np.zeros(count, dtype=bool),
     )
     uav = Uav(x_m[start], y_m[start], 0.0, SPEED_MPS)
-    return Problem(net, futures, (uav,), Sensor(RADIUS_M, transit), HORIZON_S)
+    return Problem(net, futures, uav, Sensor(RADIUS_M, transit), Objective(HORIZON_S))
 
 
 def ahead_s(problem: Problem, start: int) -> float:
@@ -180,7 +182,7 @@ def test_row_by_row(size: int, transit: bool) -> None:
     problem = at_rest(
         grid(size, size, road_m=road_m), np.full(count, 1.0 / count), 0, transit=transit
     )
-    problem = problem.replace(horizon_s=3.0 * count * road_m / SPEED_MPS)
+    problem = problem.replace(objective=Objective(3.0 * count * road_m / SPEED_MPS))
     rows = [list(range(row * size, (row + 1) * size)) for row in range(size)]
     nodes = [node for row, passed in enumerate(rows) for node in passed[:: -1 if row % 2 else 1]]
     optimum = (count - 1) / 2 * road_m / SPEED_MPS - ahead_s(problem, 0)

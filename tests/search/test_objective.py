@@ -6,33 +6,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
-from instances import network_of_roads
 from planner.detection.evaluation import evaluate
 from planner.detection.objective import Objective
-from planner.detection.track import Sensor
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.search.exact import best_order, enumerate_orders
 from planner.search.greedy import GreedyOptions, greedy
 from planner.search.plan import plan_of_legs, plan_of_wait
-from planner.search.problem import Budget, Problem, Uav
-from planner.search.state import SearchState, candidate_legs
+from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.wait import wait
-from search_instances import flown, random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.instances import network_of_roads
+from support.search_instances import flown, random_problem
 
 RNG = np.random.default_rng(0)
 
 
 def found_by(problem: Problem, order: tuple[int, ...]) -> float:
     tracks = plan_of_legs(problem, "", order).tracks
-    result = evaluate(tracks, problem.futures, problem.sensor, problem.horizon_s)
-    assert problem.by_s is not None
-    return result.found_by_probability(problem.by_s)
+    result = evaluate(tracks, problem.futures, problem.sensor, problem.objective)
+    assert problem.objective.by_s is not None
+    return result.found_by_probability(problem.objective.by_s)
 
 
 def expected_s(problem: Problem, order: tuple[int, ...]) -> float:
     tracks = plan_of_legs(problem, "", order).tracks
-    result = evaluate(tracks, problem.futures, problem.sensor, problem.horizon_s)
+    result = evaluate(tracks, problem.futures, problem.sensor, problem.objective)
     return result.expected_detection_time_s
 
 
@@ -42,11 +42,11 @@ def small(seed: int, *, by_s: float | None = None, home: bool = False) -> Proble
     rng = np.random.default_rng(seed)
     place = (float(rng.uniform(0, 15000)), float(rng.uniform(-8000, 8000)))
     uav = replace(
-        problem.uavs[0],
+        problem.uav,
         max_flight_time_s=float(rng.uniform(300, 700)),
         return_to_m=place if home else None,
     )
-    return problem.replace(uavs=(uav,), by_s=by_s)
+    return problem.replace(uav=uav, objective=Objective(problem.horizon_s, by_s))
 
 
 def test_reward_and_its_figure() -> None:
@@ -61,7 +61,7 @@ def test_reward_and_its_figure() -> None:
 
 def plain_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list[int]:
     """The leg after which most are found by the deadline; or most per second; or then soonest."""
-    state, by_s = SearchState.at_start(problem), problem.by_s
+    state, by_s = problem.first_state, problem.objective.by_s
     weight = problem.futures.weight
     assert by_s is not None
     while len(state.order) < depth and state.time_s < by_s:
@@ -72,20 +72,20 @@ def plain_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list[i
             assert seen_at is not None
             times.append(np.where(np.isinf(state.seen_at), seen_at, state.seen_at))
             newly = weight[(times[-1] <= by_s) & ~(state.seen_at <= by_s)].sum()
-            lasts_s = state.after(problem, leg, times[-1]).time_s - state.time_s
+            lasts_s = state.after(problem.legs, leg, times[-1]).time_s - state.time_s
             scores.append(newly / lasts_s if options.miss == "rate" else newly)
         if not len(legs):
             break
         alike = 1e-9 if options.miss != "rate" else 1e-13
         best = int(np.argmax(np.array(scores) >= max(scores) - alike))
-        state = state.after(problem, int(legs[best]), times[best])
+        state = state.after(problem.legs, int(legs[best]), times[best])
     return list(state.order)
 
 
 @pytest.mark.parametrize("miss", ["horizon", "rate"])
 @pytest.mark.parametrize("seed", range(12))
 def test_greedy_by_a_deadline(seed: int, miss: str) -> None:
-    problem = random_problem(seed, particles=25).replace(by_s=300.0)
+    problem = random_problem(seed, particles=25, by_s=300.0)
     options = GreedyOptions(direction="both", miss=miss)
     plan = greedy(problem, budget=Budget(4), rng=RNG, options=options)
     assert [leg.leg for leg in plan.legs[0]] == plain_greedy(problem, 4, options)
@@ -97,8 +97,8 @@ def test_a_deadline_makes_greedy_choose_otherwise(by_s: float | None, order: lis
     places = {"O": (0.0, 0.0), "near": (10000.0, 0.0), "far": (-50000.0, 0.0)}
     network = network_of_roads(places, [("On", "O", "near"), ("Of", "O", "far")])
     futures = Futures([0, 0], [10000, -50000], [0, 0], [0, 1], [0, 1, 2], [0.4, 0.6], [0, 0])
-    uavs = (Uav(0.0, 0.0, 0.0, 100.0),)
-    problem = Problem(network, futures, uavs, Sensor(1000.0), 1000.0, by_s)
+    uav = Uav(0.0, 0.0, 0.0, 100.0)
+    problem = Problem(network, futures, uav, Sensor(1000.0), Objective(1000.0, by_s))
     plan = greedy(problem, budget=Budget(2), rng=RNG)
     assert [leg.leg for leg in plan.legs[0]] == order
 
@@ -150,12 +150,12 @@ def test_enumeration_with_the_way_home(by_s: float | None) -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_legs_leave_time_for_the_way_home(seed: int) -> None:
     problem = small(seed, home=True)
-    uav = problem.uavs[0]
+    uav = problem.uav
     assert uav.return_to_m is not None
-    state = SearchState.at_start(problem)
+    state = problem.first_state
     allowed = set(candidate_legs(problem, state).tolist())
     for leg in range(len(problem.legs)):
-        after = state.after(problem, leg, state.seen_at)
+        after = state.after(problem.legs, leg, state.seen_at)
         way_m = np.hypot(after.x_m - uav.return_to_m[0], after.y_m - uav.return_to_m[1])
         fits = after.time_s + way_m / uav.speed_mps <= uav.landing_s
         plan = plan_of_legs(problem, "", [leg])
@@ -181,11 +181,11 @@ def waiting(start: tuple[float, float], home: tuple[float, float] | None, flight
 def test_waiting_ends_in_time_to_come_home() -> None:
     problem = grid_problem(grid_futures(1, RNG))
     uav = waiting((0.0, 0.0), (0.0, 6000.0), 300.0)
-    (track,) = plan_of_wait(problem.replace(uavs=(uav,)), "wait", 8000.0, 0.0).tracks
+    (track,) = plan_of_wait(problem.replace(uav=uav), "wait", 8000.0, 0.0).tracks
     # 80 s out, 100 s home: it can wait for 120 s.
     assert track.time_s == pytest.approx([10, 90, 210, 310])
     assert track.xy(310.0) == pytest.approx((0.0, 6000.0))
-    rested = problem.replace(uavs=(replace(uav, max_flight_time_s=np.inf),))
+    rested = problem.replace(uav=replace(uav, max_flight_time_s=np.inf))
     (track,) = plan_of_wait(rested, "wait", 8000.0, 0.0).tracks
     assert track.time_s == pytest.approx([10, 90, 10000, 10100])
 
@@ -198,7 +198,7 @@ def test_a_wait_too_far_off_turns_in_time(seed: int) -> None:
     flight_s = direct_s + float(rng.uniform(1.0, 50.0))
     goal = start + 1e5 * (place - start) / np.hypot(*(place - start))
     uav = waiting(tuple(start), tuple(home), flight_s)
-    problem = grid_problem(grid_futures(1, RNG)).replace(uavs=(uav,))
+    problem = grid_problem(grid_futures(1, RNG)).replace(uav=uav)
     (track,) = plan_of_wait(problem, "wait", *goal).tracks
     assert track.end_s == pytest.approx(uav.landing_s)
     assert track.xy(track.end_s) == pytest.approx(home)
@@ -212,7 +212,7 @@ def test_a_wait_too_far_off_turns_in_time(seed: int) -> None:
 
 def test_a_uav_that_cannot_come_home_stays() -> None:
     uav = waiting((0.0, 0.0), (9000.0, 0.0), 80.0)
-    problem = grid_problem(grid_futures(1, RNG)).replace(uavs=(uav,))
+    problem = grid_problem(grid_futures(1, RNG)).replace(uav=uav)
     (track,) = plan_of_wait(problem, "wait", -500.0, 0.0).tracks
     assert set(track.time_s) == {10.0}
     assert plan_of_legs(problem, "", [0, 2]).tracks[0].time_s.tolist() == [10.0]
@@ -220,12 +220,15 @@ def test_a_uav_that_cannot_come_home_stays() -> None:
 
 def test_waiting_for_a_deadline_is_where_most_are_then() -> None:
     futures = grid_futures(300, np.random.default_rng(3))
-    problem = grid_problem(futures, distance_m=20e3).replace(by_s=1200.0)
+    problem = grid_problem(futures, distance_m=20e3)
+    problem = problem.replace(objective=Objective(problem.horizon_s, 1200.0))
     track = wait(problem, budget=Budget(), rng=RNG).tracks[0]
     place = track.xy(1200.0)
     at = np.array([futures.xy(k, 1200.0) for k in range(len(futures))])
     near = [np.sum(np.hypot(*(at - other).T) <= 500.0) for other in at]
     here = np.sum(np.hypot(*(at - place).T) <= 500.0)
     assert here == max(near)
-    hurried = problem.replace(by_s=100.0)  # nobody can be reached by then: all count
+    hurried = problem.replace(
+        objective=Objective(problem.horizon_s, 100.0)
+    )  # nobody can be reached by then: all count
     assert wait(hurried, budget=Budget(), rng=RNG).tracks[0].end_s >= 100.0

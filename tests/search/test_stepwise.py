@@ -5,21 +5,23 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
-from instances import by_two_letters, physics_futures
 from planner.arrays import Floats
 from planner.detection.evaluation import evaluate
-from planner.detection.track import Sensor
-from planner.search import tail
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
+from planner.search import patrol as tail
 from planner.search.lookahead import fastest_pair, lookahead
+from planner.search.patrol import with_tail
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate, rate_order
-from planner.search.state import SearchState, candidate_legs
+from planner.search.state import SearchState
 from planner.search.stepwise import stepwise
-from planner.search.tail import with_tail
 from planner.search.what_if import WhatIf
-from search_instances import flown, random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.instances import by_two_letters, physics_futures
+from support.search_instances import flown, random_problem
 
 RNG = np.random.default_rng(0)
 
@@ -32,7 +34,7 @@ def ways(problem: Problem, state: SearchState) -> dict[int, tuple[float, SearchS
         assert seen_at is not None
         first = np.where(np.isinf(state.seen_at), seen_at, np.inf)
         earns = float(problem.futures.weight @ problem.objective.reward(first))
-        after = state.after(problem, leg, np.minimum(state.seen_at, first))
+        after = state.after(problem.legs, leg, np.minimum(state.seen_at, first))
         if after.time_s > state.time_s:
             found[leg] = (earns, after)
     return found
@@ -63,7 +65,7 @@ def assert_follows(
     least: int = 0,
 ) -> None:
     """Every leg of an order is the first of the best, as long as any leg earns something."""
-    state = SearchState.at_start(problem)
+    state = problem.first_state
     for number, leg in enumerate(order):
         if not any(earns for earns, _ in ways(problem, state).values()):
             assert number >= least
@@ -79,7 +81,7 @@ def assert_follows(
 @pytest.mark.parametrize("by_s", [None, 500.0])
 @pytest.mark.parametrize("seed", range(6))
 def test_rate_flies_what_earns_most_per_second(seed: int, by_s: float | None) -> None:
-    problem = random_problem(seed, particles=20).replace(by_s=by_s)
+    problem = random_problem(seed, particles=20, by_s=by_s)
     assert_follows(problem, list(rate_order(WhatIf(problem))), by_one)
 
 
@@ -89,8 +91,8 @@ def test_lookahead_flies_the_pair_that_earns_most_per_second(
     seed: int, by_s: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("planner.search.lookahead.FIRST_LEGS", 10**6)
-    problem = random_problem(seed, particles=12).replace(by_s=by_s)
-    engine, start = WhatIf(problem), SearchState.at_start(problem)
+    problem = random_problem(seed, particles=12, by_s=by_s)
+    engine, start = WhatIf(problem), problem.first_state
     state = start
     for _ in range(2):  # the twin is slow
         after = fastest_pair(engine, state)
@@ -106,10 +108,10 @@ def test_few_first_legs_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     orders = []
     for first_legs in (8, 10**6):
         monkeypatch.setattr("planner.search.lookahead.FIRST_LEGS", first_legs)
-        orders.append(stepwise(WhatIf(problem), SearchState.at_start(problem), fastest_pair).order)
+        orders.append(stepwise(WhatIf(problem), problem.first_state, fastest_pair).order)
     values = [
         evaluate(
-            plan_of_legs(problem, "", order).tracks, futures, problem.sensor, 10000.0
+            plan_of_legs(problem, "", order).tracks, futures, problem.sensor, problem.objective
         ).expected_detection_time_s
         for order in orders
     ]
@@ -121,7 +123,7 @@ def late(*, depart_s: float, gone: bool) -> Problem:
     nodes = {"A": (0.0, 0.0), "B": (3000.0, 0.0), "C": (9000.0, 0.0)}
     network = by_two_letters(nodes, "AB BC")
     futures = physics_futures(network, [["BC"]], 0.0, 20.0, depart_s=depart_s, gone=gone)
-    return Problem(network, futures, (Uav(0.0, 0.0, 0.0, 100.0),), Sensor(200.0), 2000.0)
+    return Problem(network, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(2000.0))
 
 
 @pytest.mark.parametrize("method", [rate, lookahead])
@@ -169,7 +171,7 @@ def test_a_tail_finds_those_that_slipped_through(distance_km: int) -> None:
     lost = [
         1
         - evaluate(
-            plan_of_legs(problem, "", legs).tracks, fresh, problem.sensor, 10000.0
+            plan_of_legs(problem, "", legs).tracks, fresh, problem.sensor, problem.objective
         ).detection_probability
         for legs in (order, with_tail(problem, order))
     ]
@@ -182,8 +184,8 @@ def test_the_tail_looks_first_for_those_not_seen() -> None:
     nodes = {"A": (-4000.0, 0.0), "O": (0.0, 0.0), "B": (4000.0, 0.0)}
     network = by_two_letters(nodes, "OA OB")
     futures = physics_futures(network, [["OA"], ["OB"]], 3900.0, 20.0)
-    uavs = (Uav(0.0, 0.0, 10.0, 100.0),)
-    problem = Problem(network, futures, uavs, Sensor(200.0), 1000.0)
+    uav = Uav(0.0, 0.0, 10.0, 100.0)
+    problem = Problem(network, futures, uav, Sensor(200.0), Objective(1000.0))
     to_a, to_b = 0, 2
     longer = with_tail(problem, [to_a])
     assert to_b in longer[1:3]  # by way of O, or straight
@@ -194,15 +196,15 @@ def test_the_tail_looks_first_for_those_not_seen() -> None:
 
 
 def doubts(since_s: list[float], horizon_s: float) -> Floats:
-    problem = late(depart_s=0.0, gone=False).replace(horizon_s=horizon_s)
-    state = SearchState(100.0, 0.0, 0.0, np.array([np.inf]))
+    problem = late(depart_s=0.0, gone=False).replace(objective=Objective(horizon_s))
+    state = SearchState.of_sightings(100.0, 0.0, 0.0, np.array([np.inf]))
     flights = WhatIf(problem).fly(state, np.array([2], dtype=np.int32))
     assert len(flights.seen_at) == 1
     return np.array(
         [
             tail._doubt(
                 problem,
-                SearchState(100.0, 0.0, 0.0, flights.seen_at - since),
+                SearchState.of_sightings(100.0, 0.0, 0.0, flights.seen_at - since),
                 flights,
             )[0]
             for since in since_s

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from instances import figure3, physics_futures
 from planner.detection.evaluation import Evaluation, evaluate
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.search.plan import Plan
-from planner.search.problem import Budget, Problem, Uav
+from planner.search.problem import Budget, Problem
 from planner.search.wait import busiest_end, wait
+from support.instances import figure3, physics_futures
 
 TO_E, TO_F, TO_G = ["AB", "BC", "CE"], ["AB", "BC", "CF"], ["AB", "BD", "DG"]
 E, F, G = (15e3, 8e3), (15e3, 0.0), (15e3, -8e3)
@@ -24,12 +26,12 @@ def problem_with(
     futures: Futures, *, max_flight_time_s: float = np.inf, in_transit: bool = True
 ) -> Problem:
     uav = Uav(0.0, 8e3, 10.0, 100.0, max_flight_time_s=max_flight_time_s)
-    return Problem(figure3(), futures, (uav,), Sensor(200.0, in_transit), 3600.0)
+    return Problem(figure3(), futures, uav, Sensor(200.0, in_transit), Objective(3600.0))
 
 
 def planned(problem: Problem) -> tuple[Plan, Evaluation]:
     plan = wait(problem, budget=Budget(), rng=np.random.default_rng(0))
-    return plan, evaluate(plan.tracks, problem.futures, problem.sensor, problem.horizon_s)
+    return plan, evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
 
 
 def test_weight_decides_not_number() -> None:

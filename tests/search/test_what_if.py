@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_instance import grid_futures, grid_problem
-from instances import network_of_roads
 from planner.arrays import Floats
-from planner.detection.track import Sensor
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.search.problem import Problem, Uav
-from planner.search.state import SearchState, candidate_legs
+from planner.search.problem import Problem, candidate_legs
+from planner.search.state import SearchState
 from planner.search.what_if import Sightings, WhatIf
-from search_instances import flown, random_problem
+from support.grid_instance import grid_futures, grid_problem
+from support.instances import network_of_roads
+from support.search_instances import flown, random_problem
 
 
 def random_state(problem: Problem, rng: np.random.Generator) -> SearchState:
@@ -22,7 +24,7 @@ def random_state(problem: Problem, rng: np.random.Generator) -> SearchState:
     x_m, y_m = nodes[rng.integers(len(nodes))] if rng.random() < 0.5 else rng.uniform(-5e3, 2e4, 2)
     many = len(problem.futures)
     seen_at = np.where(rng.random(many) < 0.3, 5.0, np.inf)
-    return SearchState(float(rng.uniform(-50, 1200)), float(x_m), float(y_m), seen_at)
+    return SearchState.of_sightings(float(rng.uniform(-50, 1200)), float(x_m), float(y_m), seen_at)
 
 
 def as_matrix(flights: Sightings, particles: int) -> Floats:
@@ -38,7 +40,7 @@ def expected(problem: Problem, state: SearchState) -> Floats:
 @pytest.mark.parametrize("seed", range(24))
 def test_equal_to_the_detection_along_the_track(seed: int, speed_mps: float) -> None:
     problem = random_problem(seed)
-    problem = problem.replace(uavs=(replace(problem.uavs[0], speed_mps=speed_mps),))
+    problem = problem.replace(uav=replace(problem.uav, speed_mps=speed_mps))
     engine, rng = WhatIf(problem), np.random.default_rng(seed)
     for _ in range(4):
         state = random_state(problem, rng)
@@ -55,7 +57,7 @@ def test_equal_on_the_paper_grid(transit: bool) -> None:
     engine = WhatIf(problem)
     nodes = problem.network.node_xy_m
     for time_s, node in ((600.0, 0), (2500.0, 14), (7000.0, 35)):
-        state = SearchState(time_s, *nodes[node], np.full(300, np.inf))
+        state = SearchState.of_sightings(time_s, *nodes[node], np.full(300, np.inf))
         flights = engine.fly(state, candidate_legs(problem, state))
         assert len(flights.particle) > 0
         assert as_matrix(flights, 300) == pytest.approx(expected(problem, state), abs=1e-6)
@@ -63,7 +65,7 @@ def test_equal_on_the_paper_grid(transit: bool) -> None:
 
 def test_asks_only_for_the_legs_and_particles_named() -> None:
     problem = random_problem(2).replace(sensor=Sensor(1500.0))
-    engine, state = WhatIf(problem), SearchState.at_start(problem)
+    engine, state = WhatIf(problem), problem.first_state
     everything = engine.fly(state, np.arange(len(problem.legs), dtype=np.int32))
     unseen = np.arange(len(problem.futures)) % 2 == 0
     some = engine.fly(state, np.array([7, 3], dtype=np.int32), unseen=unseen)
@@ -128,7 +130,7 @@ def first_tick(
 
 def test_short_ticks_come_close_to_continuous_time() -> None:
     problem = random_problem(1).replace(sensor=Sensor(300.0))
-    engine, state = WhatIf(problem), SearchState.at_start(problem)
+    engine, state = WhatIf(problem), problem.first_state
     legs = np.arange(len(problem.legs), dtype=np.int32)
     exact = as_matrix(engine.fly(state, legs), 40)
     missed = []
@@ -157,9 +159,9 @@ def test_transits_that_overtake_slowly_and_are_met_from_behind() -> None:
         gone=np.zeros(many, dtype=bool),
     )
     net = network_of_roads({"A": (60e3, 0.0), "B": (61e3, 0.0)}, [("AB", "A", "B")])
-    uavs = (Uav(0.0, 0.0, 0.0, 36.0),)
-    problem = Problem(net, futures, uavs, Sensor(500.0), horizon_s=5000.0)
-    state = SearchState.at_start(problem)
+    uav = Uav(0.0, 0.0, 0.0, 36.0)
+    problem = Problem(net, futures, uav, Sensor(500.0), Objective(5000.0))
+    state = problem.first_state
     flights = WhatIf(problem).fly(state, np.array([0], dtype=np.int32))
     seen_at = flown(problem, state, 0)
     assert seen_at is not None

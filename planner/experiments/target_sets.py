@@ -1,0 +1,153 @@
+"""Plans meet sets of true targets: the targets from SUMO, and what a plan achieves on them."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.belief.distribution import Distribution, Listed
+from planner.belief.particles import Particles
+from planner.belief.sampling import sample
+from planner.errors import InputError
+from planner.experiments.condition import Condition
+from planner.experiments.looks import looked
+from planner.experiments.target_set import POINTS, TargetSet
+from planner.flight.plan import Plan
+from planner.futures.futures import Futures
+from planner.futures.store import recorded
+from planner.futures.truncate import parked
+from planner.mission.opening import Opened, open_scenario
+from planner.search.problem import Problem
+from planner.streams import stream
+
+AT_HAND = 8  # sets of targets that a process keeps in memory, from one condition to the next
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedTargets:
+    """A set's targets as they move."""
+
+    futures: Futures
+    route: tuple[str, ...]  # (N,)
+
+
+_met: dict[str, RecordedTargets] = {}
+
+
+def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1) -> RecordedTargets:
+    """Return the targets of a set, from SUMO or the cache.
+
+    Raises
+    ------
+    InputError
+        If the set has a route that no target takes.
+    """
+    opened = opened_with(target_set, condition)
+    truth = opened.scenario.truth.model_dump(mode="json")
+    made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
+    key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
+    if key not in _met:
+        while len(_met) >= AT_HAND:
+            _met.pop(next(iter(_met)))
+        _met[key] = _all_routes(target_set, opened, workers)
+    return _on_route(target_set, _met[key]) if target_set.route else _met[key]
+
+
+def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
+    """Return a set's targets before SUMO drives them, on all routes.
+
+    Raises
+    ------
+    PlannerError
+        If the scenario is at fault.
+    """
+    return _enumerated(target_set, opened_with(target_set, condition))
+
+
+def _enumerated(target_set: TargetSet, opened: Opened) -> Particles:
+    prior = opened.truth_prior
+    prior = replace(
+        prior,
+        speed_mps=_at_points(prior.speed_mps, target_set.points),
+        distance_m=prior.distance_m and _at_points(prior.distance_m, target_set.points),
+    )
+    horizon_s = opened.scenario.search.horizon_s
+    rng = stream(0, "target set")  # of the seeds of SUMO's driver alone
+    return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+
+
+def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> RecordedTargets:
+    particles = _enumerated(target_set, opened)
+    horizon_s = opened.scenario.search.horizon_s
+    described = {"truth": opened.scenario.truth.model_dump(mode="json")}
+    recording = recorded(
+        opened.network, particles, horizon_s=horizon_s, scenario=described, workers=workers
+    )
+    futures = recording.futures
+    if target_set.parks:
+        futures = parked(futures, stream(0, "parks"))
+    return RecordedTargets(futures, recording.route)
+
+
+def opened_with(target_set: TargetSet, condition: Condition) -> Opened:
+    """Return a condition's scenario with the truth of a set."""
+    overrides = (*condition.settings, *target_set.truth)
+    return open_scenario(condition.place, preset=condition.preset, overrides=overrides)
+
+
+def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, dict[str, Any]]:
+    """Return what a plan achieves on a condition's sets of targets, by the name of the set."""
+    return {one.name: _figures(one, condition, problem, plan) for one in condition.sets}
+
+
+def _figures(
+    target_set: TargetSet, condition: Condition, problem: Problem, plan: Plan
+) -> dict[str, Any]:
+    met = targets_of(target_set, condition)
+    seen = looked(met.futures, plan.tracks, problem.sensor, target_set.detects)
+    weight, horizon_s = met.futures.weight, problem.horizon_s
+    time_s = seen.time_s(horizon_s)
+    absent = max(0.0, 1.0 - float(weight.sum()))
+    found = seen.found_by(np.full(len(weight), horizon_s))
+    goal_s = np.minimum(met.futures.end_s, np.nextafter(horizon_s, np.inf))
+    before = seen.found_by(goal_s, strict=True)
+    figures: dict[str, Any] = {
+        "expected_detection_time_s": float(weight @ time_s) + absent * horizon_s,
+        "detection_probability": min(1.0, float(weight @ found)),
+        "found_before_goal_probability": min(1.0, float(weight @ before)),
+        "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
+    }
+    if problem.objective.by_s is not None:
+        by = seen.found_by(np.full(len(weight), problem.objective.by_s))
+        figures["found_by_probability"] = min(1.0, float(weight @ by))
+    if target_set.by_route:
+        figures["routes"] = _by_route(met.route, weight, time_s)
+    return figures
+
+
+def _by_route(route: Sequence[str], weight: Floats, time_s: Floats) -> dict[str, list[float]]:
+    """Return each route's probability and its expected time, by its edges."""
+    names, which = np.unique(np.array(route), return_inverse=True)
+    total = np.bincount(which, weight)
+    mean = np.bincount(which, weight * time_s) / total
+    shown = zip(names.tolist(), total.tolist(), mean.tolist(), strict=True)
+    return {name: [share, time] for name, share, time in shown}
+
+
+def _at_points(values: Distribution, points: int) -> Distribution:
+    if isinstance(values, Listed) and (points >= POINTS or len(values.values) <= points):
+        return values
+    middles = (np.arange(points) + 0.5) / points
+    return Listed(values.quantile(middles), np.full(points, 1 / points))
+
+
+def _on_route(target_set: TargetSet, met: RecordedTargets) -> RecordedTargets:
+    chosen = np.array([route == target_set.route for route in met.route])
+    if not chosen.any():
+        raise InputError(f"sets.{target_set.name}.route: no target takes it; name all its edges")
+    futures = met.futures.take(chosen)
+    weight = futures.weight / futures.weight.sum()
+    return RecordedTargets(replace(futures, weight=weight), (target_set.route,) * len(weight))

@@ -1,0 +1,111 @@
+"""The legs that a UAV can fly on a network: each road in both directions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.flight.uav import Uav
+from planner.network.road_network import RoadNetwork
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """Each road flown in its own direction (leg ``2 * road``) and against it (one more).
+
+    L = 2 R legs. Points are those of the roads, turned round for the reverse legs.
+    """
+
+    from_node: Ints  # (L,) node index
+    to_node: Ints  # (L,) node index
+    duration_s: Floats  # (L,) seconds to fly the road
+    first_point: Offsets  # (L + 1,) where a leg's points start
+    x_m: Floats  # (Q,) metres
+    y_m: Floats  # (Q,) metres
+    after_s: Floats  # (Q,) seconds of flight from the leg's start to the point
+    node_xy_m: Floats  # (V, 2) metres
+    home_s: Floats  # (V,) seconds of flight from a node to where the UAV has to land; 0: anywhere
+    speed_mps: float  # of the UAV
+    road_ids: tuple[str, ...]  # (R,)
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            from_node=np.int32,
+            to_node=np.int32,
+            duration_s=np.float64,
+            first_point=np.int64,
+            x_m=np.float64,
+            y_m=np.float64,
+            after_s=np.float64,
+            node_xy_m=np.float64,
+            home_s=np.float64,
+        )
+
+    @classmethod
+    def of(cls, network: RoadNetwork, uav: Uav) -> "Legs":
+        """Return the legs of a network for a UAV."""
+        shapes = [network.shape(road) for road in range(len(network.road_ids))]
+        turned = [points for shape in shapes for points in (shape, shape[::-1])]
+        steps = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in turned]
+        after = [np.concatenate(([0.0], np.cumsum(step))) / uav.speed_mps for step in steps]
+        ends = np.stack([network.road_from, network.road_to], axis=1)
+        points = np.concatenate(turned)
+        return cls(
+            from_node=ends.ravel(),
+            to_node=ends[:, ::-1].ravel(),
+            duration_s=np.array([times[-1] for times in after]),
+            first_point=np.concatenate(([0], np.cumsum([len(points) for points in turned]))),
+            x_m=points[:, 0],
+            y_m=points[:, 1],
+            after_s=np.concatenate(after),
+            node_xy_m=network.node_xy_m,
+            home_s=_home_s(network.node_xy_m, uav),
+            speed_mps=uav.speed_mps,
+            road_ids=network.road_ids,
+        )
+
+    def __len__(self) -> int:
+        return len(self.from_node)
+
+    @staticmethod
+    def along(road: int) -> int:
+        """Return the leg that flies a road in the road's own direction."""
+        return 2 * road
+
+    @staticmethod
+    def both(road: int) -> tuple[int, int]:
+        """Return the legs that fly a road: in its own direction, and against it."""
+        return 2 * road, 2 * road + 1
+
+    @staticmethod
+    def road(leg: int) -> int:
+        """Return the index of the road that a leg flies."""
+        return leg // 2
+
+    @staticmethod
+    def reverse(leg: int) -> int:
+        """Return the leg that flies the same road the other way."""
+        return leg ^ 1
+
+    @staticmethod
+    def is_against(leg: int) -> bool:
+        """Tell whether a leg flies its road against the road's own direction."""
+        return leg % 2 == 1
+
+    def ends(self, leg: int) -> tuple[int, int]:
+        """Return the indices of the nodes at which a leg begins and ends."""
+        return int(self.from_node[leg]), int(self.to_node[leg])
+
+    def transit_s(self, x_m: float, y_m: float) -> Floats:
+        """Return the seconds of straight flight from a point to the start of each leg, (L,)."""
+        offset = self.node_xy_m - (x_m, y_m)
+        seconds = np.hypot(offset[:, 0], offset[:, 1]) / self.speed_mps
+        return np.asarray(seconds[self.from_node])
+
+
+def _home_s(node_xy_m: Floats, uav: Uav) -> Floats:
+    if uav.return_to_m is None:
+        return np.zeros(len(node_xy_m))
+    offset = node_xy_m - uav.return_to_m
+    return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) / uav.speed_mps)

@@ -1,0 +1,41 @@
+"""A UAV's flight as detection sees it: where it is when, and when its sensor is on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, freeze
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A UAV's flight: straight and at constant speed from waypoint to waypoint.
+
+    The sensor is off outside ``sensor_on`` and after the last waypoint.
+    """
+
+    time_s: Floats  # (W,) seconds on the target's clock, never falling
+    x_m: Floats  # (W,) metres
+    y_m: Floats  # (W,) metres
+    sensor_on: Floats  # (S, 2) seconds, from and to, rising and disjoint
+
+    def __post_init__(self) -> None:
+        freeze(self, time_s=np.float64, x_m=np.float64, y_m=np.float64, sensor_on=np.float64)
+        assert len(self.time_s) == len(self.x_m) == len(self.y_m)
+        assert self.sensor_on.shape[1:] == (2,)
+        assert np.all(np.diff(self.time_s) >= 0)
+
+    @property
+    def end_s(self) -> float:
+        """Time of the last waypoint, seconds."""
+        return float(self.time_s[-1])
+
+    def xy(self, time_s: Floats | float) -> Floats:
+        """Return where the UAV is at given times, (..., 2) metres, NaN outside the flight."""
+        return np.stack(
+            [
+                np.interp(time_s, self.time_s, column, left=np.nan, right=np.nan)
+                for column in (self.x_m, self.y_m)
+            ],
+            axis=-1,
+        )

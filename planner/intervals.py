@@ -1,0 +1,57 @@
+"""Intervals that say how far chance may have moved a figure."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.arrays import Floats
+
+NORMAL_95 = 1.959963984540054  # the 97.5 % point of the standard normal distribution
+TWO_SIDED_95 = 0.975  # leaves 2.5 % on either side
+
+
+def share_interval(share: float, draws: float) -> tuple[float, float]:
+    """Return the 95 % interval of a probability, from the share seen in independent draws.
+
+    Wilson's interval, which stays within 0 and 1 and has a width also when all or none were
+    found (E. B. Wilson, Journal of the American Statistical Association 22, 1927).
+
+    Parameters
+    ----------
+    share
+        What was seen, from 0 to 1.
+    draws
+        How many were drawn; for weighted draws the effective number. Without any, all is
+        possible.
+    """
+    if draws <= 0:
+        return 0.0, 1.0
+    z2 = NORMAL_95**2 / draws
+    middle = (share + z2 / 2) / (1 + z2)
+    half = math.sqrt(share * (1 - share) * z2 + z2 * z2 / 4) / (1 + z2)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def student_interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of the mean of independent values (Student's t)."""
+    from scipy.special import stdtrit
+
+    count, mean = len(values), math.fsum(values) / len(values)
+    variance = sum((value - mean) ** 2 for value in values) / (count - 1)
+    half = float(stdtrit(count - 1, TWO_SIDED_95)) * math.sqrt(variance / count)
+    return mean - half, mean + half
+
+
+def lower_limit(bounds: Floats) -> float:
+    """Return the 95 % lower confidence limit of the true optimum from bounds of independent sets.
+
+    The expected bound of a random set is never above the optimum for the whole distribution (Mak,
+    Morton and Wood 1999); Student's t takes the bounds' scatter into account. For a probability
+    it is the upper limit that is wanted: hand over the negative bounds.
+    """
+    from scipy.stats import t
+
+    many = len(bounds)
+    spread = float(np.std(bounds, ddof=1)) / math.sqrt(many)
+    return float(np.mean(bounds)) - float(t.ppf(0.95, many - 1)) * spread

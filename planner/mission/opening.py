@@ -1,0 +1,214 @@
+"""A scenario with its network open: all that a search starts from, or every fault at once."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from planner.belief.distribution import distribution
+from planner.belief.prior import Prior, Turns, prior_of
+from planner.belief.turn_file import read_turns
+from planner.errors import InputError, PlannerError, ScenarioError
+from planner.messages import shown, suggestion
+from planner.network.read import open_network
+from planner.network.road_network import RoadNetwork
+from planner.scenario.checks import about, probability_fault
+from planner.scenario.draft import Draft, read_draft
+from planner.scenario.sections import Scenario, TargetSection, UavSection
+from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
+
+TOLERANCE_M = 0.01  # lengths in net files have two decimals
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A sound scenario, its network and what is known of the target on it."""
+
+    scenario: Scenario
+    network: RoadNetwork
+    prior: Prior  # what the planners know
+    truth_prior: Prior  # what the true targets are drawn from
+
+    @property
+    def uav_xy_m(self) -> tuple[float, float]:
+        """Where the UAV takes off, metres east and north."""
+        return _start_xy(self.scenario.uav.start, self.network)
+
+    @property
+    def return_to_m(self) -> tuple[float, float] | None:
+        """Where the UAV has to land, metres east and north; None: anywhere."""
+        return _return_xy(self.scenario.uav, self.network)
+
+
+def open_scenario(
+    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+) -> Opened:
+    """Return a scenario with its network and priors.
+
+    Parameters
+    ----------
+    place, preset, overrides
+        As `planner.scenario.draft.read_draft` takes them.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario, or its network cannot be opened.
+    ScenarioError
+        With all faults, those that only the network shows too.
+    """
+    draft = read_draft(place, preset=preset, overrides=overrides)
+    faults = list(draft.faults)
+    network = _network(draft, faults)
+    turns: dict[str, Turns] = {}
+    if network is not None:
+        for key, target, names in _targets(draft):
+            turns[key], found = _turns(key, target, network, draft.folder)
+            found += _start_faults(key, target, network)
+            if not _stands_in(target, draft.faults):
+                found += _distance_faults(key, target, network)
+            faults += about(found, key, names)
+        faults += _uav_faults(draft.uav, network)
+        if draft.uav is not None and not any(fault.startswith("uav.") for fault in faults):
+            faults += _landing_faults(draft.uav, network)
+    if faults or network is None:
+        raise ScenarioError(str(draft.path), faults)
+    scenario = draft.scenario()
+    return Opened(
+        scenario=scenario,
+        network=network,
+        prior=prior_of(scenario.target, network, turns=turns["target"]),
+        truth_prior=prior_of(scenario.truth, network, turns=turns["truth"]),
+    )
+
+
+def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]]:
+    """Yield what is known and what is true of the target, and the keys to tell faults of."""
+    if draft.target is not None:
+        yield "target", draft.target, frozenset(TargetSection.model_fields)
+    if draft.truth is not None:
+        # Distances that fit the target's starts may not fit the truth's.
+        moved = {"distance_m"} if "start" in draft.truth_keys else set()
+        yield "truth", draft.truth, draft.truth_keys | moved
+
+
+def _network(draft: Draft, faults: list[str]) -> RoadNetwork | None:
+    if draft.network is None or any(fault.startswith("network") for fault in faults):
+        return None
+    try:
+        return open_network(draft.network, draft.folder)
+    except PlannerError as error:
+        if not faults:
+            raise
+        faults.append(f"network: {error}")
+        return None
+
+
+def _turns(
+    key: str, target: TargetSection, network: RoadNetwork, folder: Path
+) -> tuple[Turns, list[str]]:
+    """Return the probabilities given for turns, and what is wrong with them on this network."""
+    if isinstance(target.turning, str):
+        return {}, []
+    if isinstance(target.turning, dict):
+        return target.turning, list(_turn_faults(f"{key}.turning.", target.turning, network))
+    path = folder / target.turning.file
+    key = f"{key}.turning.file: {target.turning.file}: "
+    try:
+        turns = read_turns(path)
+    except InputError as error:
+        # A file that is not there is told already.
+        return {}, [f"{key}{error}"] if path.is_file() else []
+    sums = [(edge, probability_fault(list(ways.values()))) for edge, ways in turns.items()]
+    faults = [f"{key}{edge}: {fault}" for edge, fault in sums if fault]
+    return turns, faults + list(_turn_faults(key, turns, network))
+
+
+def _turn_faults(prefix: str, turns: Turns, network: RoadNetwork) -> Iterator[str]:
+    for start, ways in turns.items():
+        if start not in network.edge_index:
+            yield f"{prefix}{start}: {_no_edge(start, network)}"
+            continue
+        onward = [network.edge_ids[end] for end in network.turns(network.edge_index[start])]
+        for end in ways:
+            if end not in network.edge_index:
+                yield f"{prefix}{start}.{end}: {_no_edge(end, network)}"
+            elif end not in onward and ways[end] > 0:
+                possible = f"it leads to {', '.join(onward)}" if onward else "it has no way on"
+                yield f"{prefix}{start}.{end}: {start} does not lead to {end}; {possible}"
+
+
+def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[str]:
+    if isinstance(target.start, str):
+        return
+    for edge in target.start:
+        if edge not in network.edge_index:
+            yield f"{key}.start.{edge}: {_no_edge(edge, network)}"
+        elif len(network.turns(network.edge_index[edge])) == 0:
+            yield f"{key}.start.{edge}: has no way on; choose an edge that leads to another one"
+
+
+def _stands_in(target: TargetSection, faults: Sequence[str]) -> bool:
+    """Tell whether the target starts "anywhere" only because its own starts are faulty."""
+    faulty = any(fault.startswith(("target.start", "truth.start")) for fault in faults)
+    return faulty and isinstance(target.start, str)
+
+
+def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[str]:
+    if isinstance(target.distance_m, str):
+        return
+    names = network.edge_ids if isinstance(target.start, str) else target.start
+    index = [network.edge_index[edge] for edge in names if edge in network.edge_index]
+    high_m = distribution(target.distance_m).high
+    short = [edge for edge in index if network.edge_length_m[edge] < high_m - TOLERANCE_M]
+    if short:
+        edge = min(short, key=lambda edge: float(network.edge_length_m[edge]))
+        yield (
+            f"{key}.distance_m: reaches to {shown(high_m)} m, but {network.edge_ids[edge]} is "
+            f"{shown(float(network.edge_length_m[edge]))} m long; stay within the start edges"
+        )
+
+
+def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[str]:
+    if uav is None:
+        return
+    for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
+        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.node_index:
+            hint = suggestion(place.node, network.node_ids)
+            yield f"{key}.node: {place.node} is not a node of the network; {hint}"
+
+
+def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[str]:
+    home = _return_xy(uav, network)
+    if home is not None and uav.max_flight_time_s is not None:
+        away_s = math.dist(_start_xy(uav.start, network), home) / uav.speed_mps
+        if away_s > uav.max_flight_time_s:
+            yield (
+                f"uav.return_to: lies {shown(round(away_s, 1))} s of flight from the start, but "
+                f"uav.max_flight_time_s is {shown(uav.max_flight_time_s)}; choose a nearer place"
+            )
+
+
+def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
+    if isinstance(start, PointStart):
+        return start.x_m, start.y_m
+    x_m, y_m = network.node_xy_m[network.node_index[start.node]]
+    bearing = math.radians(start.bearing_deg)  # clockwise from north
+    return (
+        float(x_m + start.distance_m * math.sin(bearing)),
+        float(y_m + start.distance_m * math.cos(bearing)),
+    )
+
+
+def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | None:
+    place = uav.return_to
+    if place is None or isinstance(place, PointStart):
+        return None if place is None else (place.x_m, place.y_m)
+    if isinstance(place, str):
+        return _start_xy(uav.start, network)
+    x_m, y_m = network.node_xy_m[network.node_index[place.node]]
+    return float(x_m), float(y_m)
+
+
+def _no_edge(name: str, network: RoadNetwork) -> str:
+    return f"is not an edge of the network; {suggestion(name, network.edge_ids)}"

@@ -1,0 +1,189 @@
+"""From an open scenario to what planners and missions need: recordings, problems, plans."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from planner.belief.prior import Prior
+from planner.belief.sampling import Sampling, predefined, sample
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.plan import Plan
+from planner.flight.uav import Uav
+from planner.futures.futures import Futures
+from planner.futures.record import Progress
+from planner.futures.store import Recording, recorded
+from planner.mission.opening import Opened
+from planner.search.methods import Method
+from planner.search.problem import Budget, Problem
+from planner.streams import stream
+
+JUDGES = 2  # times as many particles as are planned with, to choose between plans on
+FRESH_TARGETS = 4000  # how many a plan is evaluated on
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Records targets of a scenario; each use draws from a stream of its own.
+
+    Planners see ``planning`` only: no planner can reach the streams of the others.
+    """
+
+    opened: Opened
+    workers: int | None = None
+    progress: Progress | None = None
+
+    def planning(self, step: int | None = None) -> Recording:
+        """Return the particles that planners work on; a number gives another, disjoint set."""
+        search = self.opened.scenario.search
+        name = ("particles",) if step is None else ("particles", step)
+        return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
+
+    def bounding(self, number: int) -> Recording:
+        """Return one of many sets of as many particles, independent draws whatever the scenario."""
+        many = self.opened.scenario.search.particles
+        return self._drawn(self.opened.prior, many, ("bounding", number))
+
+    def judging(self) -> Recording:
+        """Return the particles on which methods choose between plans."""
+        search = self.opened.scenario.search
+        many = JUDGES * search.particles
+        return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
+
+    def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
+        """Return the fresh targets on which plans are evaluated, independent draws."""
+        return self._drawn(self.opened.truth_prior, targets, ("evaluation",))
+
+    def truths(self, targets: int, *, seed: int) -> Recording:
+        """Return true targets for missions, independent draws under a seed of their own."""
+        return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
+
+    def predefined(
+        self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
+    ) -> Recording:
+        """Return one true target with a given route, as in Section 5 of the paper.
+
+        The seed is that of SUMO's driver.
+        """
+        prior, network = self.opened.truth_prior, self.opened.network
+        rng = stream(seed, "truth")
+        target = predefined(network, prior, route, rng, speed_mps=speed_mps, offset_m=offset_m)
+        return recorded(
+            network,
+            target,
+            horizon_s=self.opened.scenario.search.horizon_s,
+            scenario={"route": list(route)},
+            workers=self.workers,
+            progress=self.progress,
+        )
+
+    def _drawn(
+        self,
+        prior: Prior,
+        n: int,
+        name: Sequence[str | int],
+        *,
+        sampling: Sampling = "iid",
+        seed: int | None = None,
+    ) -> Recording:
+        scenario, network = self.opened.scenario, self.opened.network
+        seed = scenario.search.seed if seed is None else seed
+        horizon_s = scenario.search.horizon_s
+        rng = stream(seed, *name)
+        particles = sample(prior, network, n, rng, sampling=sampling, horizon_s=horizon_s)
+        belief = scenario.target if prior is self.opened.prior else scenario.truth
+        drawn_from = {
+            "target": belief.model_dump(mode="json", exclude_none=True),
+            "horizon_s": horizon_s,
+            "sampling": sampling,
+            "seed": seed,
+            "stream": list(name),
+        }
+        return recorded(
+            network,
+            particles,
+            horizon_s=horizon_s,
+            scenario=drawn_from,
+            workers=self.workers,
+            progress=self.progress,
+        )
+
+
+def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None) -> Problem:
+    """Return the planning problem of a scenario on given futures.
+
+    Parameters
+    ----------
+    method
+        One that plans by simulation takes off later by the scenario's ``planning_time_s``.
+    """
+    scenario = opened.scenario
+    charged_s = scenario.search.planning_time_s if method and method.simulates else 0.0
+    x_m, y_m = opened.uav_xy_m
+    uav = Uav(
+        x_m=x_m,
+        y_m=y_m,
+        take_off_s=scenario.take_off_s + charged_s,
+        speed_mps=scenario.uav.speed_mps,
+        altitude_m=scenario.uav.altitude_m,
+        max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
+        return_to_m=opened.return_to_m,
+    )
+    sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
+    search = scenario.search
+    by_s = search.by_s if search.objective == "probability" else None
+    return Problem(opened.network, futures, uav, sensor, Objective(search.horizon_s, by_s))
+
+
+def needs_judges(method: Method, opened: Opened) -> bool:
+    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
+    return method.chooses and opened.scenario.search.sampling != "all"
+
+
+def make_plan(
+    method: Method,
+    opened: Opened,
+    recorder: Recorder,
+    futures: Futures,
+    *,
+    judges: Futures | None = None,
+    budget: Budget | None = None,
+) -> Plan:
+    """Return the plan that a method makes for a scenario on given futures.
+
+    Parameters
+    ----------
+    judges
+        Other particles, for methods that choose between plans.
+    budget
+        The scenario's own if not given.
+
+    Raises
+    ------
+    NotApplicableError
+        If the method cannot work on this problem.
+    """
+    problem = problem_of(opened, futures, method=method).replace(judges=judges)
+    rng = stream(opened.scenario.search.seed, "planner", method.name)
+    planner = _planner(method, opened, recorder)
+    return planner(problem, budget=budget or budget_of(opened), rng=rng)
+
+
+def budget_of(opened: Opened) -> Budget:
+    """Return how much a scenario lets planners do."""
+    search = opened.scenario.search
+    return Budget(roads=search.depth, work=search.work, free=search.free)
+
+
+def _planner(method: Method, opened: Opened, recorder: Recorder) -> Callable[..., Plan]:
+    if method.name != "greedy":
+        return method.load()
+    from planner.search.greedy import GreedyOptions, greedy
+
+    def again(step: int) -> Futures:
+        return recorder.planning(step).futures
+
+    options = GreedyOptions(**opened.scenario.greedy.model_dump())
+    return partial(greedy, options=options, resample=again)

@@ -1,0 +1,1 @@
+"""Evidence for the article: its experiments, figures and claims."""

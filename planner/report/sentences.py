@@ -1,0 +1,90 @@
+"""What is said below the tables, in words."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from planner.bounds.certificate import Certificate
+from planner.detection.evaluation import Evaluation
+from planner.intervals import share_interval
+from planner.report.tables import MethodRow
+
+TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
+
+
+def reasons(rows: Iterable[MethodRow]) -> list[str]:
+    """Return a line for each method that cannot be used, to stand below the table."""
+    return [f"{row.method}: {row.why_not}" for row in rows if row.why_not]
+
+
+def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
+    """Return advice if a plan fits its own particles much better than fresh targets.
+
+    Only where both are drawn from the same belief; a truth that differs from it shifts the
+    fresh value by itself.
+    """
+    expected_s, (_, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
+    gain_s = expected_s - planned.expected_detection_time_s
+    if gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
+        return None
+    return (
+        f"fresh targets take {gain_s / expected_s:.0%} longer to find than the particles planned "
+        f"with: {len(planned.weight):,} are few here; try --set search.particles="
+        f"{4 * len(planned.weight)} or --set search.sampling=sobol"
+    )
+
+
+def certificate_line(certificate: Certificate, by_s: float | None) -> str:
+    """Return what a certificate says, in words."""
+    gap = f"gap {certificate.gap:.1%}"
+    kind = "road plan" if certificate.plan_class == "roads" else "flight"
+    if by_s is None:
+        return (
+            f"expected detection {certificate.value:,.0f} s; no {kind} is below "
+            f"{certificate.bound:,.0f} s on these particles: {gap}"
+        )
+    return (
+        f"found by the deadline {certificate.value:.1%}; no {kind} is above "
+        f"{certificate.bound:.1%} on these particles: {gap}"
+    )
+
+
+def gap_line(gap: float) -> str:
+    """Return what may still help if the gap asked for was not reached, in words."""
+    return (
+        f"the gap asked for, {gap:.1%}, is not reached: give more time with --time-limit, or "
+        "plan with more work with --set search.work=..."
+    )
+
+
+def limit_line(limit: float, sets: int, by_s: float | None) -> str:
+    """Return what the bounds of independent sets say of the true optimum, in words."""
+    beyond = f"below {limit:,.0f} s" if by_s is None else f"above {limit:.1%}"
+    return f"with 95 % confidence no plan of this class is truly {beyond} ({sets} sets)"
+
+
+def world_line(limit: float, evaluated: Mapping[str, Any], by_s: float | None) -> str:
+    """Return between which figures a plan truly lies, and how far from the best, in words.
+
+    The limit holds with 95 %, the plan's interval from its fresh targets leaves out 2.5 % on the
+    side that counts: both hold with 92.5 % or more.
+
+    Parameters
+    ----------
+    evaluated
+        As ``plan.json`` tells it.
+    """
+    targets = evaluated["targets"]
+    if by_s is None:
+        low_s, high_s = evaluated["ci95_s"]
+        figure, away = f"takes {low_s:,.0f} to {high_s:,.0f} s on average", high_s / limit - 1
+        return _world(figure, targets, f"{max(0.0, away):.1%} above")
+    low, high = share_interval(evaluated["found_by_probability"], targets)
+    figure = f"finds the target by the deadline with {low:.1%} to {high:.1%}"
+    return _world(figure, targets, f"{100 * max(0.0, limit - low):.1f} points below")
+
+
+def _world(figure: str, targets: int, away: str) -> str:
+    return (
+        f"this plan truly {figure} ({targets:,} fresh targets, 95 %): with 92.5 % confidence at "
+        f"most {away} the best of its class"
+    )

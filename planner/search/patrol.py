@@ -1,0 +1,72 @@
+"""What follows when a plan has found all its own particles: the search goes on for the others.
+
+A thousand particles are not all targets there may be. One that is a little slower or turns
+elsewhere can slip through a plan that has seen every particle, about one in two hundred does. So
+every particle seen counts as missed with a small probability, which grows with the time since a
+UAV last had it in sight: the search returns to where targets are that were looked at long ago, and
+in the end stays where they rest.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.detection.first_detection import first_detection
+from planner.search.plan import plan_of_legs
+from planner.search.problem import Problem
+from planner.search.state import SearchState
+from planner.search.stepwise import after_flight, first_fastest, legs_ahead, rate_of, stepwise
+from planner.search.what_if import Sightings, WhatIf
+
+MISSED = 0.005  # of targets, by a plan that has seen all of a thousand particles
+
+
+def with_tail(
+    problem: Problem, order: Sequence[int], *, engine: WhatIf | None = None
+) -> tuple[int, ...]:
+    """Return an order of legs that goes on after its end, until the horizon or the landing.
+
+    The tail flies, leg by leg, where it earns most per second: on particles not seen, and on seen
+    ones as far as they may have been missed. It ends early where nobody is left to be met.
+
+    Parameters
+    ----------
+    engine
+        For this problem, if there is one already.
+    """
+    return patrolled(engine or WhatIf(problem), _after(problem, order)).order
+
+
+def patrolled(engine: WhatIf, state: SearchState) -> SearchState:
+    """Return where such a tail comes to from a state; seen times are then the latest ones."""
+    return stepwise(engine, state, _patrol)
+
+
+def _after(problem: Problem, order: Sequence[int]) -> SearchState:
+    """Return the state at the end of an order, as far as it can be flown."""
+    plan = plan_of_legs(problem, "", order)
+    state = problem.first_state
+    for flown in plan.legs[0]:
+        state = state.after(problem.legs, flown.leg, state.seen_at)
+    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    return state.absorb(np.where(seen_at <= state.time_s, seen_at, np.inf))
+
+
+def _patrol(engine: WhatIf, state: SearchState) -> SearchState | None:
+    """Return the state after the leg that earns most; its seen times are the latest, not first."""
+    problem = engine.problem
+    everyone = np.ones(len(state.seen_at), dtype=np.bool_)
+    flights = engine.fly(state, legs_ahead(problem, state), unseen=everyone)
+    worth = _doubt(problem, state, flights) * problem.objective.reward(flights.seen_at)
+    gained = flights.per_flight(problem.futures.weight[flights.particle] * worth)
+    if not gained.any():
+        return None
+    rates = rate_of(gained, flights.end_s - state.time_s)
+    return after_flight(problem, state, flights, first_fastest(problem, rates))
+
+
+def _doubt(problem: Problem, state: SearchState, flights: Sightings) -> Floats:
+    """Return for each sighting how likely it is news, (M,): 1 if its particle was never seen."""
+    since_s = flights.seen_at - state.seen_at[flights.particle]  # -inf: never seen
+    return np.where(since_s < 0.0, 1.0, MISSED * np.minimum(1.0, since_s / problem.horizon_s))

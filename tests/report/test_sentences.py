@@ -1,0 +1,53 @@
+"""Remarks say what the tables do not, and in plain words."""
+
+import numpy as np
+
+from planner.bounds.certificate import Certificate
+from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
+from planner.report import sentences as remarks
+from planner.report.tables import MethodRow
+
+
+def evaluation(seed: int, low_s: float) -> Evaluation:
+    seen_at = np.random.default_rng(seed).uniform(low_s, low_s + 100.0, 400)
+    return Evaluation(seen_at, np.full(400, 1 / 400), np.full(400, 900.0), Objective(1000.0))
+
+
+def test_the_hint_comes_when_fresh_targets_take_longer() -> None:
+    good, bad = evaluation(1, 100.0), evaluation(2, 300.0)
+    hint = remarks.particles_hint(good, bad)
+    assert hint is not None
+    assert "search.particles=1600" in hint
+    assert remarks.particles_hint(bad, good) is None
+    assert remarks.particles_hint(good, good) is None
+
+
+def test_a_method_that_cannot_be_used_says_why() -> None:
+    rows = [MethodRow("greedy"), MethodRow("exact", why_not="60 roads are too many")]
+    assert remarks.reasons(rows) == ["exact: 60 roads are too many"]
+
+
+def test_a_certificate_in_seconds_and_as_probability() -> None:
+    said = remarks.certificate_line(Certificate(1100.0, 1000.0, "roads"), None)
+    assert "1,100 s; no road plan is below 1,000 s" in said
+    assert said.endswith("gap 10.0%")
+    said = remarks.certificate_line(Certificate(0.6, 0.8, "free"), 600.0)
+    assert "60.0%; no flight is above 80.0%" in said
+    assert said.endswith("gap 25.0%")
+
+
+def test_a_gap_that_is_not_reached_and_a_limit() -> None:
+    assert "10.0%, is not reached" in remarks.gap_line(0.1)
+    assert "below 1,000 s (10 sets)" in remarks.limit_line(1000.0, 10, None)
+    assert "above 80.0% (10 sets)" in remarks.limit_line(0.8, 10, 600.0)
+
+
+def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
+    evaluated = {"ci95_s": [1040.0, 1100.0], "targets": 4000}
+    said = remarks.world_line(1000.0, evaluated, None)
+    assert "takes 1,040 to 1,100 s on average (4,000 fresh targets, 95 %)" in said
+    assert "at most 10.0% above the best" in said
+    said = remarks.world_line(0.6, {"found_by_probability": 0.5, "targets": 10_000}, 600.0)
+    assert "with 49.0% to 51.0%" in said
+    assert "at most 11.0 points below the best" in said

@@ -1,0 +1,49 @@
+"""Intervals of shares hold the truth as often as they say."""
+
+import numpy as np
+import pytest
+
+from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
+from planner.intervals import share_interval
+
+
+@pytest.mark.parametrize("truth", [0.02, 0.3, 0.5, 0.97])
+def test_nineteen_of_twenty_intervals_hold_the_truth(truth: float) -> None:
+    hits = np.random.default_rng(5).binomial(300, truth, 4000)
+    intervals = np.array([share_interval(hit / 300, 300) for hit in hits])
+    holds = np.mean((intervals[:, 0] <= truth) & (truth <= intervals[:, 1]))
+    assert holds == pytest.approx(0.95, abs=0.025)
+
+
+def test_all_and_none_found_leave_some_doubt() -> None:
+    low, high = share_interval(1.0, 100)
+    assert 0.95 < low < 1.0 == high
+    assert share_interval(0.0, 100) == pytest.approx((1 - high, 1 - low), abs=1e-12)
+    assert share_interval(0.5, 0) == (0.0, 1.0)
+
+
+def test_more_draws_say_more() -> None:
+    widths = [np.ptp(share_interval(0.4, draws)) for draws in (10, 100, 1000)]
+    assert widths[0] > widths[1] > widths[2]
+
+
+def test_an_absent_target_adds_no_doubt() -> None:
+    def found(weight: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        seen_s = np.array([10.0, 60.0, np.inf, np.inf])
+        result = Evaluation(seen_s, np.full(4, weight), np.full(4, 50.0), Objective(100.0))
+        return result.found_interval, result.found_before_goal_interval
+
+    present, half = found(0.25), found(0.125)
+    assert np.allclose(np.array(half), np.array(present) / 2)
+    assert present[0] == pytest.approx(share_interval(0.5, 4))
+    assert present[1] == pytest.approx(share_interval(0.25, 4))
+    assert found(0.0) == ((0.0, 0.0), (0.0, 0.0))
+
+
+def test_found_by_a_time() -> None:
+    seen_s = np.array([10.0, 60.0, np.inf, np.inf])
+    result = Evaluation(seen_s, np.full(4, 0.2), np.full(4, 50.0), Objective(100.0))
+    assert result.found_by_interval(100.0) == pytest.approx(result.found_interval)
+    expected = 0.8 * np.array(share_interval(0.25, 4))
+    assert result.found_by_interval(30.0) == pytest.approx(tuple(expected))
