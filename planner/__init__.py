@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from planner.futures.state_at import by_road, state_at
     from planner.futures.store import Recording, read_recording
     from planner.mission.fly import MissionRecord, fly
-    from planner.mission.opening import Opened, open_scenario
+    from planner.mission.opening import OpenScenario, open_scenario
     from planner.mission.plan_file import read_plan
     from planner.mission.recorder import Recorder, make_plan, problem_of
     from planner.network.read import read_net
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 # Where each public name lives; loaded when first used, as some of it takes a second.
 _HOMES = {
-    "planner.mission.opening": ("Opened", "open_scenario"),
+    "planner.mission.opening": ("OpenScenario", "open_scenario"),
     "planner.belief.particles": ("Particles",),
     "planner.belief.prior": ("Prior",),
     "planner.belief.sampling": ("predefined", "sample"),
@@ -101,7 +101,7 @@ __all__ = [
     "MissionRecord",
     "NotApplicableError",
     "Objective",
-    "Opened",
+    "OpenScenario",
     "OutputError",
     "Particles",
     "Plan",

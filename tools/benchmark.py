@@ -23,7 +23,7 @@ import numpy as np
 from benchmark_figures import Figure, machine, show  # the file beside this one
 
 from planner import (
-    Opened,
+    OpenScenario,
     Particles,
     Plan,
     Problem,
@@ -181,13 +181,13 @@ def _planning(method: str, scenario: str, *overrides: str) -> tuple[Problem, Cal
     return problem_of(opened, particles), plan
 
 
-def _particles(opened: Opened) -> Particles:
+def _particles(opened: OpenScenario) -> Particles:
     search = opened.scenario.search
     rng = stream(search.seed, "benchmark")
     return sample(opened.prior, opened.network, 1000, rng, horizon_s=search.horizon_s)
 
 
-def _bare_rate(opened: Opened, particles: Particles) -> float:
+def _bare_rate(opened: OpenScenario, particles: Particles) -> float:
     """Return the vehicle-seconds per second of sumo itself, all particles in one run."""
     with TemporaryDirectory() as folder:
         routes, fcd = Path(folder, "routes.xml"), Path(folder, "fcd.parquet")
@@ -210,7 +210,7 @@ def _bare_rate(opened: Opened, particles: Particles) -> float:
         return float(STEP_S * (len(rows) - rows.null_count) / took_s)
 
 
-def _route_file(opened: Opened, particles: Particles) -> Iterator[str]:
+def _route_file(opened: OpenScenario, particles: Particles) -> Iterator[str]:
     names = np.array(opened.network.edge_ids)
     yield "<routes>"
     for k in range(len(particles.weight)):

@@ -25,7 +25,7 @@ from benchmark_ways import NOTES, U0_KM, WAYS, Way
 
 from planner import (
     Futures,
-    Opened,
+    OpenScenario,
     Recorder,
     evaluate,
     make_plan,
@@ -90,7 +90,7 @@ def _fresh(targets: int, jobs: int | None) -> Futures:
     return Recorder(opened, jobs).evaluation(targets).futures
 
 
-def _opened(way: Way, u0_km: int, seed: int) -> Opened:
+def _opened(way: Way, u0_km: int, seed: int) -> OpenScenario:
     start = f"uav.start.distance_m={1000 * u0_km}"
     return open_any("grid5x5", overrides=[start, f"search.seed={100 + seed}", *way.overrides])
 
@@ -100,9 +100,9 @@ def _fly(task: tuple[Way, int, int, int]) -> Flown:
     opened, method = _opened(way, u0_km, seed), method_named(way.method)
     recorder = Recorder(opened, 1)
     particles = recorder.planning().futures
-    judges = recorder.judging().futures if method.chooses else None
+    holdout = recorder.holdout().futures if method.chooses else None
     begun_s = time.thread_time()
-    plan = make_plan(method, opened, recorder, particles, judges=judges)
+    plan = make_plan(method, opened, recorder, particles, holdout=holdout)
     took_s = time.thread_time() - begun_s
     problem = problem_of(opened, particles)
     planned, flown = (
@@ -161,7 +161,7 @@ def _record(ways: Sequence[Way], wanted: argparse.Namespace) -> None:
             recorder = Recorder(_opened(way, 60, seed), wanted.jobs)
             recorder.planning()
             if method_named(way.method).chooses:
-                recorder.judging()
+                recorder.holdout()
 
 
 def _cells_of(ways: Sequence[Way], flown: Sequence[Flown]) -> Iterator[Cell]:

@@ -25,7 +25,7 @@ from planner.experiments.instances import (
 )
 from planner.files import written_whole
 from planner.mission.recorder import budget_of, problem_of
-from planner.search.beam import judged
+from planner.search.beam import holdout_value
 from planner.search.plan import plan_of_legs
 
 HEADER = """\
@@ -64,19 +64,19 @@ def searched(instance: Instance, work: int) -> Instance:
     recorder = Recorder(opened)
     futures = recorder.planning().futures
     enumerated = opened.scenario.search.sampling == "all"
-    judges = None if enumerated else recorder.judging().futures
-    problem = problem_of(opened, futures).replace(judges=judges)
+    holdout = None if enumerated else recorder.holdout().futures
+    problem = problem_of(opened, futures).replace(holdout=holdout)
     candidates = []
     for name in METHODS:
         budget = replace(budget_of(opened), work=work)
         plan = make_plan(
-            method_named(name), opened, recorder, futures, judges=judges, budget=budget
+            method_named(name), opened, recorder, futures, holdout=holdout, budget=budget
         )
         legs = [flown.leg for flown in plan.legs[0]]
-        candidates.append((judged(problem, plan), name, legs))
+        candidates.append((holdout_value(problem, plan), name, legs))
     if instance.plan:
         legs = legs_of(opened.network, instance.plan)
-        worth = judged(problem, plan_of_legs(problem, instance.method, legs))
+        worth = holdout_value(problem, plan_of_legs(problem, instance.method, legs))
         candidates.append((worth, instance.method, legs))
     _, method, legs = max(candidates, key=lambda candidate: candidate[0])
     found = replace(instance, method=method, plan=tuple(names_of(opened.network, legs)))

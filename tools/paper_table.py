@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from planner import Evaluation, Futures, Opened, Recorder, evaluate, make_plan, method_named
+from planner import Evaluation, Futures, OpenScenario, Recorder, evaluate, make_plan, method_named
 from planner import open_scenario as open_any
 from planner.errors import PlannerError
 from planner.files import written_whole
@@ -142,7 +142,7 @@ def cell(row: Row, u0_km: int, evaluations: Sequence[Evaluation]) -> Cell:
     )
 
 
-def opened_at(u0_km: int, seed: int, overrides: Iterable[str] = ()) -> Opened:
+def opened_at(u0_km: int, seed: int, overrides: Iterable[str] = ()) -> OpenScenario:
     """Return the scenario with the UAV so far away."""
     distance = f"uav.start.distance_m={1000 * u0_km}"
     given = (*SETTING, f"search.seed={seed}", distance, *overrides)
@@ -176,7 +176,7 @@ def measured(row: Row, u0_km: int, planning: Sequence[Futures], fresh: Futures) 
         return cell(row, u0_km, list(threads.map(one, planning if row.random else planning[:1])))
 
 
-def _evaluated(row: Row, opened: Opened, fresh: Futures, futures: Futures) -> Evaluation:
+def _evaluated(row: Row, opened: OpenScenario, fresh: Futures, futures: Futures) -> Evaluation:
     plan = make_plan(method_named(row.method), opened, Recorder(opened), futures)
     problem = problem_of(opened, futures)
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)

@@ -12,7 +12,7 @@ from planner.flight.plan import Plan
 from planner.interrupts import first_asks
 from planner.mission import certificate_file as files
 from planner.mission import certify as mission
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from planner.report import run_files
 from planner.report import sentences as remarks
@@ -81,7 +81,7 @@ def certificate_of(problem: Problem, plan: Plan, limits: mission.Limits) -> Cert
 
 
 def _certificate(
-    arguments: argparse.Namespace, opened: Opened, plan: Plan, problem: Problem
+    arguments: argparse.Namespace, opened: OpenScenario, plan: Plan, problem: Problem
 ) -> tuple[Certificate, float | None]:
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
     seconds = math.inf if arguments.time_limit is None else arguments.time_limit

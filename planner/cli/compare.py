@@ -13,7 +13,7 @@ from planner.cli.certify import UNCOUNTED, certificate_of
 from planner.cli.session import (
     Targets,
     evaluation_recorded,
-    judges_recorded,
+    holdout_recorded,
     opened_of,
     output_file,
     recorded,
@@ -26,7 +26,7 @@ from planner.flight.plan import Plan
 from planner.interrupts import first_asks
 from planner.mission import certify
 from planner.mission.bounds import Bounds, bounds_of, stored_bound
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from planner.mission.trial import Trial
 from planner.report import run_files, tables
@@ -71,7 +71,7 @@ def _compare_instances(arguments: argparse.Namespace) -> int:
 
 
 def _tried(
-    arguments: argparse.Namespace, opened: Opened, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
 ) -> list[Trial | tables.MethodRow]:
     """Return the trial of each method; the row that says why where it cannot be used."""
     tried: list[Trial | tables.MethodRow] = []
@@ -83,9 +83,9 @@ def _tried(
 
 
 def _try(
-    arguments: argparse.Namespace, opened: Opened, method: Method, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: Targets
 ) -> Trial | tables.MethodRow:
-    judged = replace(targets, judges=judges_recorded(arguments, opened, method))
+    judged = replace(targets, holdout=holdout_recorded(arguments, opened, method))
     try:
         return trial_of(arguments, opened, method, judged)
     except NotApplicableError as error:
@@ -100,7 +100,7 @@ def _rows(tried: Sequence[Trial | tables.MethodRow], bounds: Bounds) -> list[tab
 
 
 def _stored(
-    arguments: argparse.Namespace, opened: Opened, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
 ) -> tuple[list[tables.MethodRow], Bounds]:
     """Return the row of the run whose run.json is the scenario, and the bound that it holds.
 
@@ -133,7 +133,7 @@ def _stored(
 
 def _computed(
     arguments: argparse.Namespace,
-    opened: Opened,
+    opened: OpenScenario,
     targets: Targets,
     tried: Sequence[Trial | tables.MethodRow],
     known: Bounds,

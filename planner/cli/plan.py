@@ -16,7 +16,7 @@ from planner.cli.certify import UNCOUNTED, certificate_of
 from planner.cli.session import (
     Targets,
     evaluation_recorded,
-    judges_recorded,
+    holdout_recorded,
     opened_of,
     output,
     recorded,
@@ -30,7 +30,7 @@ from planner.flight.plan import Plan
 from planner.futures.store import Recording, read_recording
 from planner.interrupts import first_asks
 from planner.mission import certificate_file, certify
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import plan_content
 from planner.mission.recorder import Recorder, problem_of
 from planner.mission.to_gap import Sides, planned_to_gap
@@ -62,7 +62,7 @@ def plan(arguments: argparse.Namespace) -> int:
         targets = Targets(
             recording,
             evaluation_recorded(arguments, opened),
-            judges_recorded(arguments, opened, method),
+            holdout_recorded(arguments, opened, method),
         )
         watch.lap("futures")
         found = _found(arguments, opened, method, targets)
@@ -86,7 +86,7 @@ def plan(arguments: argparse.Namespace) -> int:
 
 
 def _found(
-    arguments: argparse.Namespace, opened: Opened, method: Method, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: Targets
 ) -> _Found:
     """Return what the method finds; with a gap to reach, what both sides come to."""
     problem = problem_of(opened, targets.planning.futures, method=method)
@@ -121,7 +121,7 @@ def _found(
         return _Found(problem, trial, certificate, *reasons[:1])
 
 
-def _write(folder: Path, opened: Opened, found: _Found, content: dict[str, Any]) -> None:
+def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
     problem, trial, certificate = found.problem, found.trial, found.certificate
     title = f"{opened.scenario.name}: {trial.method}"
     row = tables.row_of(trial)
@@ -132,7 +132,7 @@ def _write(folder: Path, opened: Opened, found: _Found, content: dict[str, Any])
         certificate_file.write_certificate(folder, problem, certificate, plan_file, told)
 
 
-def _shown(arguments: argparse.Namespace, opened: Opened, found: _Found) -> list[Any]:
+def _shown(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) -> list[Any]:
     trial, certificate = found.trial, found.certificate
     shown: list[Any] = [
         tables.plan_table(tables.row_of(trial)),
@@ -168,7 +168,7 @@ class _Watch:
         self._last_s = now_s
 
 
-def _planning_recording(arguments: argparse.Namespace, opened: Opened) -> Recording:
+def _planning_recording(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
     if arguments.futures is not None:
         if opened.scenario.greedy.particles == "anew":
             raise InputError(
@@ -179,7 +179,7 @@ def _planning_recording(arguments: argparse.Namespace, opened: Opened) -> Record
     return recorded(arguments, opened, "recording futures", Recorder.planning)
 
 
-def _plan_content(opened: Opened, trial: Trial) -> dict[str, Any]:
+def _plan_content(opened: OpenScenario, trial: Trial) -> dict[str, Any]:
     scenario = opened.scenario
     return plan_content(
         trial.plan,
@@ -196,7 +196,7 @@ def _planning_record(trial: Trial) -> dict[str, Any]:
 
 
 def _provenance(
-    opened: Opened, content: dict[str, Any], recording: Recording, watch: _Watch
+    opened: OpenScenario, content: dict[str, Any], recording: Recording, watch: _Watch
 ) -> dict[str, Any]:
     scenario = opened.scenario
     made_by = provenance(

@@ -13,8 +13,8 @@ from planner.errors import InputError, OutputError
 from planner.files import results_written_whole, written_whole
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
-from planner.mission.opening import Opened, open_scenario
-from planner.mission.recorder import Recorder, needs_judges
+from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.recorder import Recorder, needs_holdout
 from planner.mission.trial import Limits, Trial, try_method
 from planner.report import tables
 from planner.report.progress import progress
@@ -29,10 +29,10 @@ class Targets:
 
     planning: Recording
     fresh: Recording
-    judges: Futures | None = None
+    holdout: Futures | None = None
 
 
-def opened_of(arguments: argparse.Namespace) -> Opened:
+def opened_of(arguments: argparse.Namespace) -> OpenScenario:
     """Return the scenario that is named, with the overrides of the options."""
     overrides = list(arguments.set)
     if arguments.seed is not None:
@@ -86,7 +86,7 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace, *, force: bool)
 
 def recorded(
     arguments: argparse.Namespace,
-    opened: Opened,
+    opened: OpenScenario,
     what: str,
     record: Callable[[Recorder], Recording],
 ) -> Recording:
@@ -95,7 +95,7 @@ def recorded(
         return record(Recorder(opened, arguments.jobs, told))
 
 
-def evaluation_recorded(arguments: argparse.Namespace, opened: Opened) -> Recording:
+def evaluation_recorded(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
     """Return the fresh targets that plans are evaluated on."""
 
     def record(recorder: Recorder) -> Recording:
@@ -104,18 +104,18 @@ def evaluation_recorded(arguments: argparse.Namespace, opened: Opened) -> Record
     return recorded(arguments, opened, "recording fresh targets", record)
 
 
-def judges_recorded(
-    arguments: argparse.Namespace, opened: Opened, method: Method
+def holdout_recorded(
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method
 ) -> Futures | None:
     """Return other particles for a method that chooses between plans, if they can be drawn."""
-    if not needs_judges(method, opened) or getattr(arguments, "futures", None) is not None:
+    if not needs_holdout(method, opened) or getattr(arguments, "futures", None) is not None:
         return None
-    return recorded(arguments, opened, "recording judges", Recorder.judging).futures
+    return recorded(arguments, opened, "recording holdout particles", Recorder.holdout).futures
 
 
 def trial_of(
     arguments: argparse.Namespace,
-    opened: Opened,
+    opened: OpenScenario,
     method: Method,
     targets: Targets,
     limits: Limits | None = None,
@@ -135,7 +135,7 @@ def trial_of(
             Recorder(opened, arguments.jobs),
             targets.planning.futures,
             targets.fresh.futures,
-            judges=targets.judges,
+            holdout=targets.holdout,
             limits=replace(limits, told=told),
         )
 

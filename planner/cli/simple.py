@@ -9,7 +9,7 @@ from planner.cli.session import lines, opened_of, output, output_file, recorded,
 from planner.errors import InputError
 from planner.futures.store import KNOTS, PARTICLES, Recording
 from planner.mission.fly import fly as fly_plan
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from planner.report import run_files, tables
 
@@ -79,7 +79,7 @@ def where(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _refuse_time(time_s: float, opened: Opened) -> None:
+def _refuse_time(time_s: float, opened: OpenScenario) -> None:
     horizon_s = opened.scenario.search.horizon_s
     if not 0 <= time_s <= horizon_s:
         raise InputError(
@@ -123,7 +123,7 @@ def doctor(arguments: argparse.Namespace) -> int:
     return 0 if all(finding.fine for finding in findings) else 1
 
 
-def _truths(arguments: argparse.Namespace, opened: Opened) -> Recording:
+def _truths(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
     route, speed_mps, offset_m = arguments.route, arguments.target_speed, arguments.target_offset
     if (route is None) != (speed_mps is None) or (route is None and offset_m is not None):
         raise InputError(

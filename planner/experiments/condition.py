@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.experiments.target_set import TargetSet
-from planner.mission.opening import Opened, open_scenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS
 
 ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
@@ -49,7 +49,7 @@ class Condition:
         """All overrides, the seed's among them."""
         return (*self.overrides, f"search.seed={self.seed}")
 
-    def opened(self) -> Opened:
+    def opened(self) -> OpenScenario:
         """Return the scenario of the condition, open."""
         return open_scenario(self.place, preset=self.preset, overrides=self.settings)
 

@@ -10,7 +10,7 @@ from typing import Any
 from planner.errors import PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import enumerated
-from planner.mission.recorder import JUDGES
+from planner.mission.recorder import HOLDOUT_FACTOR
 from planner.scenario.draft import read_scenario
 from planner.scenario.sections import Scenario
 from planner.search.methods import method_named
@@ -107,7 +107,7 @@ def _draw(drawn: dict[str, int], condition: Condition, scenario: Scenario) -> No
     if search.sampling != "all":  # those are few
         drawn[f"{planned} planning"] = search.particles
         if method_named(condition.method).chooses:
-            drawn[f"{planned} judging"] = JUDGES * search.particles
+            drawn[f"{planned} holdout"] = HOLDOUT_FACTOR * search.particles
         if condition.method == "greedy" and scenario.greedy.particles == "anew":
             drawn[f"{planned} anew"] = search.depth * search.particles
     drawn[json.dumps([*mine, truth])] = condition.targets

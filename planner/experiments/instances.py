@@ -14,7 +14,7 @@ from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
 from planner.files import shipped
 from planner.futures.futures import Futures
-from planner.mission.opening import Opened, open_scenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.scenario.source import scenario_path
@@ -68,7 +68,7 @@ class Instance:
             levels={"instance": self.name},
         )
 
-    def opened(self) -> Opened:
+    def opened(self) -> OpenScenario:
         """Return its scenario, open."""
         settings = (*self.overrides, f"search.seed={self.seed}")
         return open_scenario(self.scenario, overrides=settings)
@@ -124,7 +124,7 @@ def _bound(table: Mapping[str, Any]) -> Bound:
     )
 
 
-def flown_again(instance: Instance, opened: Opened, fresh: Futures) -> Evaluation:
+def flown_again(instance: Instance, opened: OpenScenario, fresh: Futures) -> Evaluation:
     """Return what an instance's best known plan is worth on fresh targets.
 
     Raises

@@ -16,8 +16,8 @@ from planner.experiments.results import Row, rows_of, write_results, write_timin
 from planner.experiments.run_condition import Outcome, run_condition
 from planner.experiments.target_sets import targets_of
 from planner.futures.workers import cores
-from planner.mission.opening import Opened
-from planner.mission.recorder import Recorder, needs_judges
+from planner.mission.opening import OpenScenario
+from planner.mission.recorder import Recorder, needs_holdout
 from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
@@ -135,7 +135,7 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
             if condition.study:
                 continue
             opened, method = condition.opened(), method_named(condition.method)
-            judged = needs_judges(method, opened)
+            judged = needs_holdout(method, opened)
             key = _shared(opened, condition, judged=judged)
             if key in recorded:
                 continue
@@ -150,12 +150,12 @@ def _record(recorder: Recorder, condition: Condition, *, judged: bool) -> None:
     if condition.targets:
         recorder.evaluation(condition.targets)
     if judged:
-        recorder.judging()
+        recorder.holdout()
     for one in condition.sets:
         targets_of(one, condition, workers=recorder.workers or 1)
 
 
-def _shared(opened: Opened, condition: Condition, *, judged: bool) -> str:
+def _shared(opened: OpenScenario, condition: Condition, *, judged: bool) -> str:
     """Return what decides which targets are drawn, as text."""
     scenario = opened.scenario.as_dict()
     search = {key: scenario["search"].get(key) for key in DRAWN_BY}

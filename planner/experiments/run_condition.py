@@ -11,7 +11,7 @@ from typing import Any
 from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import figures_on
-from planner.mission.recorder import Recorder, needs_judges, problem_of
+from planner.mission.recorder import Recorder, needs_holdout, problem_of
 from planner.mission.trial import Trial, try_method
 from planner.provenance import versions
 from planner.search.methods import method_named
@@ -80,10 +80,10 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
     method = method_named(condition.method)
     opened = condition.opened()
     recorder = Recorder(opened, 1)
-    judges = recorder.judging().futures if needs_judges(method, opened) else None
+    holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
     futures = recorder.planning().futures
     fresh = recorder.evaluation(condition.targets).futures if condition.targets else futures
-    trial = try_method(method, recorder, futures, fresh, judges=judges)
+    trial = try_method(method, recorder, futures, fresh, holdout=holdout)
     figures = {
         **(_fresh(trial) if condition.targets else {}),
         "planned_s": trial.planned.expected_detection_time_s,

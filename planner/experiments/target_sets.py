@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import recorded
 from planner.futures.truncate import parked
-from planner.mission.opening import Opened, open_scenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.search.problem import Problem
 from planner.streams import stream
 
@@ -67,7 +67,7 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
     return _enumerated(target_set, opened_with(target_set, condition))
 
 
-def _enumerated(target_set: TargetSet, opened: Opened) -> Particles:
+def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
     prior = opened.truth_prior
     prior = replace(
         prior,
@@ -79,7 +79,7 @@ def _enumerated(target_set: TargetSet, opened: Opened) -> Particles:
     return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
 
 
-def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> RecordedTargets:
+def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
     particles = _enumerated(target_set, opened)
     horizon_s = opened.scenario.search.horizon_s
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
@@ -92,7 +92,7 @@ def _all_routes(target_set: TargetSet, opened: Opened, workers: int) -> Recorded
     return RecordedTargets(futures, recording.route)
 
 
-def opened_with(target_set: TargetSet, condition: Condition) -> Opened:
+def opened_with(target_set: TargetSet, condition: Condition) -> OpenScenario:
     """Return a condition's scenario with the truth of a set."""
     overrides = (*condition.settings, *target_set.truth)
     return open_scenario(condition.place, preset=condition.preset, overrides=overrides)

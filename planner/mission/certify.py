@@ -11,7 +11,7 @@ from planner.bounds.certificate import Certificate, Effort, certified
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.intervals import lower_limit
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, problem_of
 from planner.search.problem import Problem
 
@@ -28,7 +28,7 @@ class Limits:
     asked: Callable[[], bool]
 
 
-def problem_of_plan(opened: Opened, plan: Plan, futures: Futures) -> Problem:
+def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Problem:
     """Return the problem that a plan answers: it takes off when the plan does."""
     problem = problem_of(opened, futures)
     take_off_s = float(plan.tracks[0].time_s[0])

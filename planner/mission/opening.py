@@ -21,7 +21,7 @@ TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
 
 @dataclass(frozen=True, eq=False)
-class Opened:
+class OpenScenario:
     """A sound scenario, its network and what is known of the target on it."""
 
     scenario: Scenario
@@ -42,7 +42,7 @@ class Opened:
 
 def open_scenario(
     place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
-) -> Opened:
+) -> OpenScenario:
     """Return a scenario with its network and priors.
 
     Parameters
@@ -74,7 +74,7 @@ def open_scenario(
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario()
-    return Opened(
+    return OpenScenario(
         scenario=scenario,
         network=network,
         prior=prior_of(scenario.target, network, turns=turns["target"]),

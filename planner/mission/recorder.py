@@ -15,12 +15,12 @@ from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import Progress
 from planner.futures.store import Recording, recorded
-from planner.mission.opening import Opened
+from planner.mission.opening import OpenScenario
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
 
-JUDGES = 2  # times as many particles as are planned with, to choose between plans on
+HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
 FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 
@@ -31,7 +31,7 @@ class Recorder:
     Planners see ``planning`` only: no planner can reach the streams of the others.
     """
 
-    opened: Opened
+    opened: OpenScenario
     workers: int | None = None
     progress: Progress | None = None
 
@@ -46,10 +46,10 @@ class Recorder:
         many = self.opened.scenario.search.particles
         return self._drawn(self.opened.prior, many, ("bounding", number))
 
-    def judging(self) -> Recording:
+    def holdout(self) -> Recording:
         """Return the particles on which methods choose between plans."""
         search = self.opened.scenario.search
-        many = JUDGES * search.particles
+        many = HOLDOUT_FACTOR * search.particles
         return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
 
     def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
@@ -111,7 +111,7 @@ class Recorder:
         )
 
 
-def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None) -> Problem:
+def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:
     """Return the planning problem of a scenario on given futures.
 
     Parameters
@@ -137,25 +137,25 @@ def problem_of(opened: Opened, futures: Futures, *, method: Method | None = None
     return Problem(opened.network, futures, uav, sensor, Objective(search.horizon_s, by_s))
 
 
-def needs_judges(method: Method, opened: Opened) -> bool:
+def needs_holdout(method: Method, opened: OpenScenario) -> bool:
     """Tell whether other particles are to be drawn; where all are enumerated there are none."""
     return method.chooses and opened.scenario.search.sampling != "all"
 
 
 def make_plan(
     method: Method,
-    opened: Opened,
+    opened: OpenScenario,
     recorder: Recorder,
     futures: Futures,
     *,
-    judges: Futures | None = None,
+    holdout: Futures | None = None,
     budget: Budget | None = None,
 ) -> Plan:
     """Return the plan that a method makes for a scenario on given futures.
 
     Parameters
     ----------
-    judges
+    holdout
         Other particles, for methods that choose between plans.
     budget
         The scenario's own if not given.
@@ -165,19 +165,19 @@ def make_plan(
     NotApplicableError
         If the method cannot work on this problem.
     """
-    problem = problem_of(opened, futures, method=method).replace(judges=judges)
+    problem = problem_of(opened, futures, method=method).replace(holdout=holdout)
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _planner(method, opened, recorder)
     return planner(problem, budget=budget or budget_of(opened), rng=rng)
 
 
-def budget_of(opened: Opened) -> Budget:
+def budget_of(opened: OpenScenario) -> Budget:
     """Return how much a scenario lets planners do."""
     search = opened.scenario.search
     return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
-def _planner(method: Method, opened: Opened, recorder: Recorder) -> Callable[..., Plan]:
+def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
     if method.name != "greedy":
         return method.load()
     from planner.search.greedy import GreedyOptions, greedy

@@ -9,7 +9,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of
 from planner.search.methods import Method
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 
@@ -51,7 +51,7 @@ def try_method(
     futures: Futures,
     fresh: Futures,
     *,
-    judges: Futures | None = None,
+    holdout: Futures | None = None,
     limits: Limits | None = None,
 ) -> Trial:
     """Return the plan that a method makes on futures, and what it is worth on fresh targets.
@@ -76,7 +76,7 @@ def try_method(
     budget = budget_of(opened)
     budget = replace(budget, work=limits.more * budget.work, stop=stop, told=told)
     begun_s = time.perf_counter()
-    plan = make_plan(method, opened, recorder, futures, judges=judges, budget=budget)
+    plan = make_plan(method, opened, recorder, futures, holdout=holdout, budget=budget)
     took_s = time.perf_counter() - begun_s
     problem = problem_of(opened, futures, method=method)
     both = _evaluated(problem, plan, futures), _evaluated(problem, plan, fresh)
@@ -85,7 +85,7 @@ def try_method(
 
 def try_order(problem: Problem, order: Sequence[int], fresh: Futures, found: Trial) -> Trial:
     """Return a trial whose plan flies other legs in order, and goes on as long as it can."""
-    plan = plan_of_legs(problem, found.method, with_tail(problem, order))
+    plan = plan_of_legs(problem, found.method, with_patrol(problem, order))
     planned = _evaluated(problem, plan, problem.futures)
     return replace(found, plan=plan, planned=planned, evaluated=_evaluated(problem, plan, fresh))
 

@@ -8,7 +8,7 @@ from typing import Any
 from planner.bounds.certificate import Effort, certified, gap_of
 from planner.detection.evaluation import evaluate
 from planner.experiments.condition import Condition
-from planner.mission.recorder import Recorder, make_plan, needs_judges, problem_of
+from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem_of
 from planner.search.methods import method_named
 
 METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
@@ -28,7 +28,7 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
     values = {}
     for name in METHODS:
         method = method_named(name)
-        judges = recorder.judging().futures if needs_judges(method, opened) else None
+        judges = recorder.holdout().futures if needs_holdout(method, opened) else None
         problem = problem_of(opened, futures, method=method)
         plan = make_plan(method, opened, recorder, futures, judges=judges)
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)

@@ -14,7 +14,7 @@ from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
-from planner.mission.opening import Opened, open_scenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
 from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
@@ -51,7 +51,7 @@ def write_run(
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
 
 
-def open_run(folder: Path) -> tuple[Opened, StoredPlan]:
+def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     """Return the scenario of a run as it was planned for, and the plan.
 
     Raises
@@ -92,7 +92,9 @@ def is_planned_on(folder: Path, recording: Recording) -> bool:
     return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
 
 
-def hashes(opened: Opened, content: Mapping[str, Any], recording: Recording) -> dict[str, str]:
+def hashes(
+    opened: OpenScenario, content: Mapping[str, Any], recording: Recording
+) -> dict[str, str]:
     """Return the SHA-256 of what went into a plan and of the plan."""
     return {
         "net": opened.network.sha256,
@@ -171,7 +173,9 @@ def mission_line(record: MissionRecord) -> str:
     return f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}, {goal} it reached its goal"
 
 
-def write_where(folder: Path, opened: Opened, state: State, roads: Sequence[RoadState]) -> None:
+def write_where(
+    folder: Path, opened: OpenScenario, state: State, roads: Sequence[RoadState]
+) -> None:
     """Write ``where.csv`` and ``where.png``."""
     rows = []
     for road in roads:

@@ -14,8 +14,8 @@ import numpy as np
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
 from planner.flight.plan import ROUNDING_S, Plan
-from planner.search.beam import beam, judged
-from planner.search.patrol import patrolled
+from planner.search.beam import beam, holdout_value
+from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
@@ -48,7 +48,7 @@ def anneal_waypoints(
     """Return the best plan of waypoints found by annealing.
 
     Its last part, which hunts for the last few of its own particles, may give way to a patrol
-    along roads, whichever the judges prefer. On them, or on the problem's own particles if there
+    along roads, whichever does better on the holdout particles. On them, or on the problem's own particles if there
     are none, the plan is never worse than its start.
 
     Parameters
@@ -80,7 +80,7 @@ def anneal_waypoints(
             budget.told(problem.objective.value(known.best_reward), MOVE * (done + len(moves)))
     flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
     plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
-    return max(plans, key=lambda plan: judged(problem, plan))
+    return max(plans, key=lambda plan: holdout_value(problem, plan))
 
 
 class Known:
@@ -201,7 +201,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
         return waypoints
     legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
     state = SearchState.of_sightings(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
-    order = patrolled(WhatIf(problem), state).order
+    order = patrol(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
     roads = np.stack([legs.x_m[points], legs.y_m[points], np.zeros(len(points))], axis=1)

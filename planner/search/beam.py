@@ -16,7 +16,7 @@ from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import first_detection
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate_order
@@ -36,7 +36,7 @@ class Beam:
 
 
 @dataclass(frozen=True, eq=False)
-class Outlook:
+class RewardToGo:
     """What unseen particles usually bring from a time on, learned from a plan's sightings."""
 
     brings: Floats  # (B,) reward per unit of weight
@@ -44,7 +44,7 @@ class Outlook:
     step_s: float  # seconds from entry to entry
 
     @classmethod
-    def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "Outlook":
+    def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
         track = plan_of_legs(problem, "", order).tracks[0]
         seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
@@ -64,11 +64,11 @@ class Outlook:
 def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
     """Return the plan of the best of two beams, one along roads only, one with flights between.
 
-    The budget's work sets their width; the better one is chosen on the problem's judges. A tail
+    The budget's work sets their width; the better one is chosen on the problem's holdout. A patrol
     goes on after its end.
     """
     engine = WhatIf(problem)
-    outlook = Outlook.of(problem, rate_order(engine))
+    outlook = RewardToGo.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders, done = [], 0
@@ -77,11 +77,12 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         orders.append(order)
         done += work
     plans = [
-        plan_of_legs(problem, "beam", with_tail(problem, order, engine=engine)) for order in orders
+        plan_of_legs(problem, "beam", with_patrol(problem, order, engine=engine))
+        for order in orders
     ]
-    chosen = max(plans, key=lambda plan: judged(problem, plan))
+    chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
     if budget.told:
-        budget.told(problem.objective.value(judged(problem, chosen)), done)
+        budget.told(problem.objective.value(holdout_value(problem, chosen)), done)
     return chosen
 
 
@@ -90,17 +91,17 @@ def near_m(problem: Problem) -> float:
     return 2.1 * float(np.median(problem.network.road_length_m))
 
 
-def judged(problem: Problem, plan: Plan) -> float:
-    """Return a plan's expected reward on the judges, or on its own particles if there are none."""
-    judges = problem.judges or problem.futures
-    seen_at = first_detection(judges, plan.tracks[0], problem.sensor.radius_m)
-    return float(judges.weight @ problem.objective.reward(seen_at))
+def holdout_value(problem: Problem, plan: Plan) -> float:
+    """Return a plan's expected reward on the holdout particles, or on its own particles if there are none."""
+    holdout = problem.holdout or problem.futures
+    seen_at = first_detection(holdout, plan.tracks[0], problem.sensor.radius_m)
+    return float(holdout.weight @ problem.objective.reward(seen_at))
 
 
 def beam_order(
     engine: WhatIf,
     beam: Beam,
-    outlook: Outlook,
+    outlook: RewardToGo,
     *,
     start: SearchState | None = None,
     stop: Callable[[], bool] = bool,

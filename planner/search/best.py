@@ -2,7 +2,7 @@
 
 With free movement allowed, the best order of roads is where it starts from.
 
-Orders are made on the problem's particles and chosen between on its judges, other particles that
+Orders are made on the problem's particles and chosen between on its holdout, other particles that
 had no part in making them. What the plan is worth is for a third, fresh set to say.
 """
 
@@ -13,10 +13,10 @@ import numpy as np
 
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
-from planner.search.beam import Beam, Outlook, beam_order, judged, near_m
+from planner.search.beam import Beam, RewardToGo, beam_order, holdout_value, near_m
 from planner.search.exact import best_order
 from planner.search.lns import polished
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
@@ -44,7 +44,7 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     left = replace(budget, work=budget.work - roads.work, told=_after(budget, roads.work))
     start = waypoints_of(problem, chosen)
     freed = anneal_waypoints(problem, budget=left, rng=rng, start=start)
-    return max(chosen, replace(freed, method="best"), key=lambda plan: judged(problem, plan))
+    return max(chosen, replace(freed, method="best"), key=lambda plan: holdout_value(problem, plan))
 
 
 def _after(budget: Budget, done: int) -> Callable[[float, int], None]:
@@ -58,11 +58,11 @@ def _after(budget: Budget, done: int) -> Callable[[float, int], None]:
 
 
 def _choice(problem: Problem, plans: Iterator[tuple[Plan, int]], budget: Budget) -> Plan:
-    """Return the plan that the judges prefer of those that the budget's work buys."""
+    """Return the plan that does best on the holdout of those that the budget's work buys."""
     chosen, value, done = None, -np.inf, 0
     for plan, work in plans:
         done += work
-        worth = judged(problem, plan)
+        worth = holdout_value(problem, plan)
         if worth > value:
             chosen, value = plan, worth
         if budget.told:
@@ -79,7 +79,7 @@ def _road_plans(
     """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
     engine = WhatIf(problem)
     for order, work in _orders(engine, budget, rng):
-        legs = with_tail(problem, order, engine=engine)
+        legs = with_patrol(problem, order, engine=engine)
         yield plan_of_legs(problem, "best", legs), work
 
 
@@ -94,7 +94,7 @@ def _orders(
     growth, before, spent = 1, 0, 1
     # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
-        outlook, before, spent = Outlook.of(problem, order), spent, 0
+        outlook, before, spent = RewardToGo.of(problem, order), spent, 0
         for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
             order, work = beam_order(engine, beam, outlook, stop=budget.stop)
             spent += work

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.flight.plan import Plan
-from planner.search.beam import Beam, Outlook, beam_order, near_m
-from planner.search.patrol import with_tail
+from planner.search.beam import Beam, RewardToGo, beam_order, near_m
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
@@ -26,7 +26,7 @@ def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     """Return the plan of ``rate``, polished by as many repairs as the budget's work allows."""
     engine = WhatIf(problem)
     order = polished(engine, rate_order(engine), budget, rng)
-    return plan_of_legs(problem, "lns", with_tail(problem, order, engine=engine))
+    return plan_of_legs(problem, "lns", with_patrol(problem, order, engine=engine))
 
 
 def polished(
@@ -39,7 +39,7 @@ def polished(
         cut = int(rng.integers(len(order)))
         reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
         beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
-        outlook = Outlook.of(engine.problem, order)
+        outlook = RewardToGo.of(engine.problem, order)
         rest, work = beam_order(engine, beam, outlook, start=states[cut], stop=budget.stop)
         done += REPAIR + work
         repaired = [*order[:cut], *rest]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.flight.plan import Plan
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
@@ -29,7 +29,7 @@ def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> 
     most per second by themselves, and go on with any. Ties go to the lowest leg index.
     """
     flown = stepwise(WhatIf(problem), problem.first_state, fastest_pair)
-    return plan_of_legs(problem, "lookahead", with_tail(problem, flown.order))
+    return plan_of_legs(problem, "lookahead", with_patrol(problem, flown.order))
 
 
 def fastest_pair(engine: WhatIf, state: SearchState) -> SearchState | None:

@@ -22,7 +22,7 @@ from planner.search.what_if import Sightings, WhatIf
 MISSED = 0.005  # of targets, by a plan that has seen all of a thousand particles
 
 
-def with_tail(
+def with_patrol(
     problem: Problem, order: Sequence[int], *, engine: WhatIf | None = None
 ) -> tuple[int, ...]:
     """Return an order of legs that goes on after its end, until the horizon or the landing.
@@ -35,10 +35,10 @@ def with_tail(
     engine
         For this problem, if there is one already.
     """
-    return patrolled(engine or WhatIf(problem), _after(problem, order)).order
+    return patrol(engine or WhatIf(problem), _after(problem, order)).order
 
 
-def patrolled(engine: WhatIf, state: SearchState) -> SearchState:
+def patrol(engine: WhatIf, state: SearchState) -> SearchState:
     """Return where such a tail comes to from a state; seen times are then the latest ones."""
     return stepwise(engine, state, _patrol)
 

@@ -29,7 +29,7 @@ class Problem:
     uav: Uav
     sensor: Sensor
     objective: Objective
-    judges: Futures | None = None  # other particles, on which plans are chosen between
+    holdout: Futures | None = None  # other particles, on which plans are chosen between
     start: SearchState | None = None  # where the search stands; None: before take-off
     flown: tuple[Track, ...] = ()  # flights of other UAVs that are decided
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.flight.plan import Plan
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.state import SearchState
@@ -26,7 +26,7 @@ def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     bounds the plan, not the budget's roads. Ties go to the lowest leg index.
     """
     engine = WhatIf(problem)
-    return plan_of_legs(problem, "rate", with_tail(problem, rate_order(engine), engine=engine))
+    return plan_of_legs(problem, "rate", with_patrol(problem, rate_order(engine), engine=engine))
 
 
 def rate_order(engine: WhatIf) -> tuple[int, ...]:

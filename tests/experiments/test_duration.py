@@ -42,7 +42,7 @@ def conditions(tmp_path: Path) -> list[Condition]:
 def test_by_size_it_is_targets_driven_and_legs_flown(conditions: list[Condition]) -> None:
     first = conditions[0]
     recorder = Recorder(first.opened(), 1)
-    each_seed = len(recorder.planning().futures) + len(recorder.judging().futures) + first.targets
+    each_seed = len(recorder.planning().futures) + len(recorder.holdout().futures) + first.targets
     driven = 2 * each_seed + len(targets_of(first.sets[0], first).futures)
     legs = 4 * first.opened().scenario.search.work  # best's at two distances, with two seeds
     expected_s = VEHICLE_S * driven + LEG_S * legs + CONDITION_S * len(conditions)

@@ -9,7 +9,7 @@ import pytest
 from planner.belief.sampling import sample
 from planner.belief.turn_file import read_turns
 from planner.errors import InputError, ScenarioError
-from planner.mission.opening import Opened, open_scenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.streams import stream
 from support.sumo_instances import NETS
 
@@ -32,7 +32,7 @@ TURNS = """<edgeRelations><interval begin="0" end="3600">
 </interval></edgeRelations>"""
 
 
-def opened(*overrides: str, name: str | Path = "figure3") -> Opened:
+def opened(*overrides: str, name: str | Path = "figure3") -> OpenScenario:
     return open_scenario(name, overrides=overrides)
 
 

@@ -5,16 +5,16 @@ from typing import Any
 import pytest
 
 from planner.experiments.run import Results
-from planner.paper.claims import Claim, Found, markdown_table, page
-from planner.paper.figures import ALL, PATHS
-from planner.paper.optimum import BOUND
-from planner.report import (
+from planner.paper import (
     claims_crossing,
     claims_distance,
     claims_knowledge,
     claims_orders,
     claims_speed,
 )
+from planner.paper.claims import Claim, Found, markdown_table, page
+from planner.paper.figures import ALL, PATHS
+from planner.paper.optimum import BOUND
 from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
 from support.experiment_results import exhaustive_until, figure8, figure9
 

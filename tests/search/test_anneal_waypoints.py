@@ -136,14 +136,14 @@ def test_on_figure_3_it_is_at_least_as_good_as_the_best_order_of_roads() -> None
     assert reward(problem, annealed(problem, start, moves=3000)) > reward(problem, best) + 1.0
 
 
-def test_judges_choose_where_its_own_particles_would_mislead() -> None:
+def test_the_holdout_chooses_where_its_own_particles_would_mislead() -> None:
     """From far away, hunting for the last of a few particles loses many of the others."""
     rng = np.random.default_rng(5)
-    own, judges, fresh = (grid_futures(count, rng) for count in (60, 3000, 3000))
+    own, holdout, fresh = (grid_futures(count, rng) for count in (60, 3000, 3000))
     problem = grid_problem(own, distance_m=300e3)
     alone, chosen = (
         evaluate(annealed(asked, None, moves=3000).tracks, fresh, problem.sensor, problem.objective)
-        for asked in (problem, problem.replace(judges=judges))
+        for asked in (problem, problem.replace(holdout=holdout))
     )
     assert chosen.expected_detection_time_s < alone.expected_detection_time_s
 

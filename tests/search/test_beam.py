@@ -10,7 +10,7 @@ from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
-from planner.search.beam import Beam, Outlook, beam, beam_order
+from planner.search.beam import Beam, RewardToGo, beam, beam_order
 from planner.search.best import best
 from planner.search.exact import best_order
 from planner.search.lns import lns, polished
@@ -68,8 +68,8 @@ def test_a_beam_that_drops_nothing_finds_the_best_way_along_roads(
     assert grown > 5
 
 
-def _outlook(problem: Problem) -> Outlook:
-    return Outlook.of(problem, rate_order(WhatIf(problem)))
+def _outlook(problem: Problem) -> RewardToGo:
+    return RewardToGo.of(problem, rate_order(WhatIf(problem)))
 
 
 def test_a_beam_goes_on_from_where_a_search_stands() -> None:
@@ -107,7 +107,7 @@ def test_best_is_at_most_the_optimum_over_once_per_road_orders(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_best_is_the_best_on_its_own_particles_without_judges(seed: int) -> None:
+def test_best_is_the_best_on_its_own_particles_without_a_holdout(seed: int) -> None:
     problem = random_problem(seed)
     values = {}
     for planner in (best, beam, lns, rate):
@@ -118,17 +118,17 @@ def test_best_is_the_best_on_its_own_particles_without_judges(seed: int) -> None
     assert values["lns"] >= values["rate"] * (1 - 1e-12)
 
 
-def test_judges_decide() -> None:
+def test_the_holdout_decides() -> None:
     problem = section4()
     only = problem.futures.take(np.arange(100) % 4 == 0)  # all of them go to E
-    judges = replace(only, weight=np.full(len(only), 1 / len(only)))
-    judged, own = (
+    holdout = replace(only, weight=np.full(len(only), 1 / len(only)))
+    chosen, own = (
         best(asked, budget=Budget(work=9000), rng=stream(1, "best"))
-        for asked in (problem.replace(judges=judges), problem)
+        for asked in (problem.replace(holdout=holdout), problem)
     )
     seen = [
-        first_detection(judges, plan.tracks[0], 200.0).clip(max=3_600.0).mean()
-        for plan in (judged, own)
+        first_detection(holdout, plan.tracks[0], 200.0).clip(max=3_600.0).mean()
+        for plan in (chosen, own)
     ]
     assert seen[0] <= seen[1]
 

@@ -12,7 +12,7 @@ from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.search import patrol as tail
 from planner.search.lookahead import fastest_pair, lookahead
-from planner.search.patrol import with_tail
+from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate, rate_order
@@ -138,7 +138,7 @@ def test_what_earns_nothing_yet_is_waited_for(method: Callable[..., object], gon
 def test_nobody_to_be_met_ends_the_plan() -> None:
     problem = late(depart_s=2500.0, gone=True)
     assert rate_order(WhatIf(problem)) == ()
-    assert with_tail(problem, ()) == ()
+    assert with_patrol(problem, ()) == ()
 
 
 @pytest.mark.parametrize("name", ["rate", "lookahead"])
@@ -154,10 +154,10 @@ def test_a_tail_goes_on_where_the_plan_ended() -> None:
     futures = grid_futures(300, np.random.default_rng(4))
     problem = grid_problem(futures, distance_m=120e3)
     order = rate_order(WhatIf(problem))
-    longer = with_tail(problem, order)
+    longer = with_patrol(problem, order)
     assert longer[: len(order)] == order
     assert len(longer) > len(order)
-    assert with_tail(problem, longer) == longer
+    assert with_patrol(problem, longer) == longer
 
 
 @pytest.mark.parametrize("distance_km", [120, 300, 500])
@@ -173,7 +173,7 @@ def test_a_tail_finds_those_that_slipped_through(distance_km: int) -> None:
         - evaluate(
             plan_of_legs(problem, "", legs).tracks, fresh, problem.sensor, problem.objective
         ).detection_probability
-        for legs in (order, with_tail(problem, order))
+        for legs in (order, with_patrol(problem, order))
     ]
     assert lost[0] > 0.002
     assert lost[1] <= 0.0005
@@ -187,7 +187,7 @@ def test_the_tail_looks_first_for_those_not_seen() -> None:
     uav = Uav(0.0, 0.0, 10.0, 100.0)
     problem = Problem(network, futures, uav, Sensor(200.0), Objective(1000.0))
     to_a, to_b = 0, 2
-    longer = with_tail(problem, [to_a])
+    longer = with_patrol(problem, [to_a])
     assert to_b in longer[1:3]  # by way of O, or straight
     seen_at = evaluate(
         plan_of_legs(problem, "", longer).tracks, futures, problem.sensor, 1000.0

@@ -23,7 +23,7 @@ Setting: TypeAlias = tuple[Ways, Hops, Roads, World]
 Goal: TypeAlias = tuple[float, float, float]  # horizon, deadline (inf: none), latest end; seconds
 # What the first legs see: where each one's particles start, the particles; and who was unseen.
 FirstFlights: TypeAlias = tuple[Offsets, Ints, Flags]
-Outlook: TypeAlias = tuple[Floats, float, float]  # reward per unseen weight by time; from, step
+RewardToGo: TypeAlias = tuple[Floats, float, float]  # reward per unseen weight by time; from, step
 Tree: TypeAlias = Ints  # (4, M), rows as below, -1: none
 Worth: TypeAlias = Floats  # (4, M), rows as below
 
@@ -77,7 +77,7 @@ def unpack(mask: Ints, unseen: Flags) -> None:
 
 
 @compiled
-def promise(end_s: float, reward: float, unseen: float, outlook: Outlook) -> float:
+def promise(end_s: float, reward: float, unseen: float, outlook: RewardToGo) -> float:
     """Return the reward a state may come to: its own, and what its unseen usually bring."""
     brings, first_s, step_s = outlook
     at = min(max(0.0, (end_s - first_s) / step_s), len(brings) - 1.000001)
@@ -154,7 +154,7 @@ def grow(
     states: tuple[Tree, Worth, Ints, Ints, Ints],
     setting: Setting,
     goal: Goal,
-    outlook: Outlook,
+    outlook: RewardToGo,
     flown: FirstFlights,
 ) -> tuple[Tree, Worth, Ints, Ints]:
     """Let the fittest states of one bucket go on along every way; return the states then known.

@@ -234,7 +234,7 @@ def flown(
 
 
 @compiled
-def outlook(bar: Bar, now_s: float, reward: float, unseen: float, everyone: float) -> float:
+def likely_reward(bar: Bar, now_s: float, reward: float, unseen: float, everyone: float) -> float:
     """Return the reward to which a flight may still come, with some margin.
 
     That is if its unseen particles, in weight, bring as much as those of the known flight do from
@@ -290,7 +290,9 @@ def sweep(
                 met += weight[found[0][j]]
         marks[LEFT, i], marks[REWARD, i], marks[WEIGHT, i] = now_s, reward, met
         marks[SEEN, i] = count
-        likely = outlook(bar, now_s, reward, everyone - met, everyone) if i > begin else np.inf
+        likely = (
+            likely_reward(bar, now_s, reward, everyone - met, everyone) if i > begin else np.inf
+        )
         if min(likely, reward + (everyone - met) * reward_of(now_s, goal)) < bar[0]:
             return -np.inf
     return reward
