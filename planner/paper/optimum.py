@@ -28,9 +28,9 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
     values = {}
     for name in METHODS:
         method = method_named(name)
-        judges = recorder.holdout().futures if needs_holdout(method, opened) else None
+        holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
         problem = problem_of(opened, futures, method=method)
-        plan = make_plan(method, opened, recorder, futures, judges=judges)
+        plan = make_plan(method, opened, recorder, futures, holdout=holdout)
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         values[name] = flown.expected_detection_time_s
     steps = max(1, opened.scenario.search.work // STEP_WORK)

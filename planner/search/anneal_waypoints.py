@@ -48,8 +48,8 @@ def anneal_waypoints(
     """Return the best plan of waypoints found by annealing.
 
     Its last part, which hunts for the last few of its own particles, may give way to a patrol
-    along roads, whichever does better on the holdout particles. On them, or on the problem's own particles if there
-    are none, the plan is never worse than its start.
+    along roads, whichever does better on the holdout particles. On them, or on the problem's own
+    if there are none, the plan is never worse than its start.
 
     Parameters
     ----------

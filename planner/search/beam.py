@@ -92,7 +92,7 @@ def near_m(problem: Problem) -> float:
 
 
 def holdout_value(problem: Problem, plan: Plan) -> float:
-    """Return a plan's expected reward on the holdout particles, or on its own particles if there are none."""
+    """Return a plan's expected reward on the holdout particles, or on its own if there are none."""
     holdout = problem.holdout or problem.futures
     seen_at = first_detection(holdout, plan.tracks[0], problem.sensor.radius_m)
     return float(holdout.weight @ problem.objective.reward(seen_at))
