@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -16,6 +16,7 @@ from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import parse_net
+from planner.scenario.sections import NetworkSection
 
 CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -34,38 +35,6 @@ ARRAYS = (
     "first_turn",
     "turn_edge",
 )
-
-
-class NetworkSection(Protocol):
-    """Where a scenario takes its network from; paths relative to the scenario's folder."""
-
-    @property
-    def nodes(self) -> str | None:
-        """Plain-XML nodes; with ``edges``."""
-
-    @property
-    def edges(self) -> str | None:
-        """Plain-XML edges."""
-
-    @property
-    def connections(self) -> str | None:
-        """Plain-XML connections, optional."""
-
-    @property
-    def signals(self) -> str | None:
-        """Plain-XML signal programs, optional."""
-
-    @property
-    def net(self) -> str | None:
-        """A ``.net.xml``."""
-
-    @property
-    def osm(self) -> str | None:
-        """An OpenStreetMap extract."""
-
-    @property
-    def abstract(self) -> bool:
-        """Whether plain-XML sources are built with exact geometry."""
 
 
 def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:

@@ -39,7 +39,7 @@ def opened(*overrides: str, name: str | Path = "figure3") -> OpenScenario:
 def faults(*overrides: str, name: str | Path = "figure3") -> list[str]:
     with pytest.raises(ScenarioError) as raised:
         open_scenario(name, overrides=overrides)
-    return list(raised.value.faults)
+    return list(map(str, raised.value.faults))
 
 
 def test_figure3() -> None:

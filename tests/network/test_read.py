@@ -3,7 +3,6 @@
 import xml.etree.ElementTree as ET
 from dataclasses import fields
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,14 +11,14 @@ from planner.errors import InputError
 from planner.network import read
 from planner.network.read import open_network, read_net
 from planner.network.road_network import RoadNetwork
+from planner.scenario.sections import NetworkSection
 from support import instances
 
 NETS = Path(__file__).parents[2] / "sumo_nets"
 
 
-def section(**given: object) -> SimpleNamespace:
-    nothing = dict.fromkeys(("nodes", "edges", "connections", "signals", "net", "osm"))
-    return SimpleNamespace(**{**nothing, "abstract": True, **given})
+def section(**given: object) -> NetworkSection:
+    return NetworkSection.model_validate({"abstract": True, **given})
 
 
 def shipped_net(name: str) -> RoadNetwork:
