@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import recorded
 from planner.futures.truncate import parked
-from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.opening import OpenScenario
 from planner.search.problem import Problem
 from planner.streams import stream
 
@@ -45,7 +45,10 @@ def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1)
     InputError
         If the set has a route that no target takes.
     """
-    opened = opened_with(target_set, condition)
+    return _targets(target_set, condition.opened(target_set.truth), workers)
+
+
+def _targets(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
     truth = opened.scenario.truth.model_dump(mode="json")
     made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
     key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
@@ -64,7 +67,7 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
     PlannerError
         If the scenario is at fault.
     """
-    return _enumerated(target_set, opened_with(target_set, condition))
+    return _enumerated(target_set, condition.opened(target_set.truth))
 
 
 def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
@@ -92,21 +95,19 @@ def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> Re
     return RecordedTargets(futures, recording.route)
 
 
-def opened_with(target_set: TargetSet, condition: Condition) -> OpenScenario:
-    """Return a condition's scenario with the truth of a set."""
-    overrides = (*condition.settings, *target_set.truth)
-    return open_scenario(condition.place, preset=condition.preset, overrides=overrides)
-
-
 def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, dict[str, Any]]:
     """Return what a plan achieves on a condition's sets of targets, by the name of the set."""
-    return {one.name: _figures(one, condition, problem, plan) for one in condition.sets}
+    # Many sets differ in their routes alone: the scenario is opened once for each truth.
+    opened = {truth: condition.opened(truth) for truth in {one.truth for one in condition.sets}}
+    return {
+        one.name: _figures(one, _targets(one, opened[one.truth], 1), problem, plan)
+        for one in condition.sets
+    }
 
 
 def _figures(
-    target_set: TargetSet, condition: Condition, problem: Problem, plan: Plan
+    target_set: TargetSet, met: RecordedTargets, problem: Problem, plan: Plan
 ) -> dict[str, Any]:
-    met = targets_of(target_set, condition)
     seen = looked(met.futures, plan.tracks, problem.sensor, target_set.detects)
     weight, horizon_s = met.futures.weight, problem.horizon_s
     time_s = seen.time_s(horizon_s)

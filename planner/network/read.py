@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from planner.scenario.sections import NetworkSection
 CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
 COLUMNS_VERSION = 1
+IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
 TEXTS = ("node_ids", "road_ids", "edge_ids")
 ARRAYS = (
     "node_xy_m",
@@ -90,10 +92,15 @@ def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
         raise InputError(
             f"{path}: cannot be read ({error.strerror or error}); give a SUMO .net.xml"
         ) from error
+    return _network(path, sha256, source or path)
+
+
+@lru_cache(IN_MEMORY)
+def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
     columns = _load(kept)
     if columns is None:
-        columns = _columns(path, source or path)
+        columns = _columns(path, source)
         _save(kept, columns)
     return RoadNetwork(**columns, path=path, sha256=sha256)
 

@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,7 @@ def read_source(
 
 def _parsed(path: Path) -> tuple[Tables, Fault | None]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8")), None
+        return copy.deepcopy(_toml(path.read_text(encoding="utf-8"))), None
     except tomllib.TOMLDecodeError as error:
         what, _, where = str(error).rpartition(" (at ")
         return {}, Fault(where.rstrip(")") or "TOML", f"{what or error}; correct the TOML there")
@@ -111,6 +112,12 @@ def _parsed(path: Path) -> tuple[Tables, Fault | None]:
         return {}, Fault(f"byte {error.start}", "is not UTF-8 text; save the file as UTF-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+
+
+@lru_cache(8)
+def _toml(text: str) -> Tables:
+    """Return the tables of a text, parsed once while a batch opens the same scenario often."""
+    return tomllib.loads(text)
 
 
 def _of_run(path: Path) -> tuple[Path, Tables]:
