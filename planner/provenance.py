@@ -79,7 +79,7 @@ def provenance(
 
 def versions() -> dict[str, str | None]:
     """Return the version of each package that can change a result; None where it is missing."""
-    return {name: _version(package) for name, package in PACKAGES.items()}
+    return {name: version_of(package) for name, package in PACKAGES.items()}
 
 
 def sha256_of_json(data: Mapping[str, Any]) -> str:
@@ -95,7 +95,8 @@ def sha256_of_file(path: Path) -> str:
 
 
 @cache  # a batch asks for each condition, and an answer costs milliseconds
-def _version(package: str) -> str | None:
+def version_of(package: str) -> str | None:
+    """Return the version of an installed package, None where it is missing."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -158,7 +158,7 @@ def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], F
 
     def recorder(seed: int, before: int) -> Recorder:
         opened = opened_at(0, seed, [f"search.particles={wanted.particles}"])
-        return Recorder(opened, wanted.jobs, lambda done, _: told(before + done, total))
+        return Recorder(opened, wanted.jobs, lambda done, _, _note="": told(before + done, total))
 
     fresh = recorder(0, 0).evaluation(wanted.targets).futures
     planning = [

@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.particles import Particles
-from planner.belief.sampling import sample
+from planner.belief.recipe import Drawn
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.looks import looked
@@ -67,10 +67,11 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
     PlannerError
         If the scenario is at fault.
     """
-    return _enumerated(target_set, condition.opened(target_set.truth))
+    opened = condition.opened(target_set.truth)
+    return _recipe(target_set, opened).particles(opened.network)
 
 
-def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
+def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
     prior = opened.truth_prior
     prior = replace(
         prior,
@@ -78,17 +79,14 @@ def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
         distance_m=prior.distance_m and _at_points(prior.distance_m, target_set.points),
     )
     horizon_s = opened.scenario.search.horizon_s
-    rng = stream(0, "target set")  # of the seeds of SUMO's driver alone
-    return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+    # The stream gives the seeds of SUMO's driver alone.
+    return Drawn(prior, 0, horizon_s, 0, ("target set",), "all")
 
 
 def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
-    particles = _enumerated(target_set, opened)
-    horizon_s = opened.scenario.search.horizon_s
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
-    recording = recorded(
-        opened.network, particles, horizon_s=horizon_s, scenario=described, workers=workers
-    )
+    recipe = _recipe(target_set, opened)
+    recording = recorded(opened.network, recipe, scenario=described, workers=workers)
     futures = recording.futures
     if target_set.parks:
         futures = parked(futures, stream(0, "parks"))
