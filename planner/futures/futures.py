@@ -1,6 +1,6 @@
 """Futures: the recorded motion of all particles, as knots of piecewise straight motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,8 +25,12 @@ class Futures:
     first_knot: Offsets  # (N + 1,) where a particle's knots start
     weight: Floats  # (N,) probability; sums to the probability that the target is there at all
     gone: Flags  # (N,) True: vanishes after the last knot, False: rests there
+    # (N,) which target the particle may be, 0 for the first; left out: there is one target
+    target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
+        if len(self.target) == 0:
+            object.__setattr__(self, "target", np.zeros(len(self.weight)))
         freeze(
             self,
             time_s=np.float64,
@@ -36,7 +40,9 @@ class Futures:
             first_knot=np.int64,
             weight=np.float64,
             gone=np.bool_,
+            target=np.int32,
         )
+        assert len(self.weight) == len(self.gone) == len(self.target)
         assert len(self.time_s) == len(self.x_m) == len(self.y_m) == len(self.edge)
         assert self.first_knot[0] == 0
         assert self.first_knot[-1] == len(self.time_s)
@@ -66,6 +72,7 @@ class Futures:
             first_knot=first,
             weight=self.weight[index],
             gone=self.gone[index],
+            target=self.target[index],
         )
 
     def xy(self, particle: int, time_s: Floats | float) -> Floats:
