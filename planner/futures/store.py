@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.arrays import Ints
 from planner.belief.particles import Particles
 from planner.belief.recipe import Recipe
 from planner.errors import InputError
@@ -31,6 +32,7 @@ SCHEMA = "planner.futures/1"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, PARTICLES = "futures.parquet", "particles.parquet"
 TOTAL = 1e-9  # by how much weights may exceed one in all
+MOST_TARGETS = 2**31 - 1
 PACKAGE = Path(__file__).parents[1]
 MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
 DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
@@ -152,7 +154,7 @@ def write_recording(
     table = {
         "particle": count,
         "weight": particles.weight,
-        "target": np.zeros_like(count),
+        "target": particles.target,
         "at_end": ["gone" if gone else "stays" for gone in particles.gone],
         "depart_s": particles.depart_s,
         "speed_mps": particles.speed_mps[particles.first_edge[:-1]],
@@ -168,8 +170,9 @@ def write_recording(
 def read_recording(path: Path, network: RoadNetwork) -> Recording:
     """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML or Parquet.
 
-    ``particles.parquet`` beside a ``futures.parquet`` tells weights and ends; without it weights
-    are equal and all particles stay where they end. In FCD each vehicle is a particle.
+    ``particles.parquet`` beside a ``futures.parquet`` holds weights, targets and ends; without it
+    weights are equal, there is one target, and all particles stay where they end. In FCD each
+    vehicle is a particle.
 
     Raises
     ------
@@ -247,4 +250,13 @@ def _with_particles(path: Path, futures: Futures, particles: Any) -> Futures:
     at_end = np.array(column(path, particles, "at_end").to_pylist())
     if not np.isin(at_end, ("stays", "gone")).all():
         raise InputError(f"{path}: column 'at_end' must hold 'stays' or 'gone'")
-    return replace(futures, weight=weight, gone=at_end == "gone")
+    return replace(futures, weight=weight, gone=at_end == "gone", target=_targets(path, particles))
+
+
+def _targets(path: Path, particles: Any) -> Ints:
+    if "target" not in particles.column_names:
+        return np.zeros(len(particles), dtype=np.int32)
+    target = numbers(path, particles, "target")
+    if (target % 1 > 0).any() or target.min() < 0 or target.max() > MOST_TARGETS:
+        raise InputError(f"{path}: column 'target' must hold whole numbers from 0 on")
+    return target.astype(np.int32)

@@ -21,9 +21,9 @@ from planner.scenario.sections import NetworkSection
 
 CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 1
+COLUMNS_VERSION = 2
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
-TEXTS = ("node_ids", "road_ids", "edge_ids")
+TEXTS = ("node_ids", "road_ids", "edge_ids", "projection")
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -36,7 +36,9 @@ ARRAYS = (
     "edge_lanes",
     "first_turn",
     "turn_edge",
+    "half_width_m",
 )
+NO_PROJECTION = "!"  # what SUMO writes where coordinates are those of no map
 
 
 def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
@@ -142,7 +144,15 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
         "first_turn": _offsets(turns),
         "turn_edge": np.concatenate(turns),
+        "half_width_m": np.zeros(len(edges)),
+        "projection": _projection(net),
     }
+
+
+def _projection(net: Any) -> str | None:
+    # sumolib's public way to it needs pyproj.
+    parameters = net._location.get("projParameter", NO_PROJECTION)
+    return None if parameters == NO_PROJECTION else str(parameters)
 
 
 def _shape(edge: Any) -> Floats:
@@ -192,7 +202,8 @@ def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
     try:
         with np.load(path, allow_pickle=False) as kept:
-            texts = {name: tuple(ids) for name, ids in json.loads(str(kept["texts"])).items()}
+            said = json.loads(str(kept["texts"]))
+            texts = {k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}
             return {**texts, **{name: kept[name] for name in ARRAYS}}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None

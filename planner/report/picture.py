@@ -26,7 +26,6 @@ from planner.report.maps import (
     draw_net,
     draw_order,
     draw_targets,
-    positions,
     time_colours,
 )
 from planner.report.units import clock, length, time_unit
@@ -173,7 +172,7 @@ def _draw_moment(
 ) -> None:
     view, futures = View.of(problem.network), problem.futures
     draw_net(axes, problem.network, view, width=0.7)
-    xy_m, found = positions(futures, time_s), seen_at <= time_s
+    xy_m, found = futures.positions(time_s), seen_at <= time_s
     for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
         weight = futures.weight[which] / max(float(futures.weight[which].sum()), 1e-300)
         draw_targets(axes, view, xy_m[which], weight, colour=colour, points=105.0)

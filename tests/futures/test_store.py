@@ -68,6 +68,31 @@ def test_without_particles_weights_are_equal_and_all_stay(
     assert not futures.gone.any()
 
 
+def test_targets_are_read(written: tuple[Path, RoadNetwork]) -> None:
+    path, network = written
+    beside = path.with_name("particles.parquet")
+    assert read_recording(path, network).futures.target.tolist() == [0] * 5
+    changed(beside, "target", [0, 2, 1, 0, 2])
+    assert read_recording(path, network).futures.target.tolist() == [0, 2, 1, 0, 2]
+    for faulty in (-1, 0.5):
+        changed(beside, "target", [0, 0, faulty, 0, 0])
+        with pytest.raises(InputError, match="column 'target' must hold whole numbers"):
+            read_recording(path, network)
+    table = pq.read_table(beside)
+    pq.write_table(table.drop_columns(["target"]), beside)
+    assert read_recording(path, network).futures.target.tolist() == [0] * 5
+
+
+def test_targets_are_recorded(tmp_path: Path) -> None:
+    network = grid5x5()
+    particles = walkers(network, 3, np.random.default_rng(1), start="r0c0-r0c1", roads=2)
+    particles = replace(particles, target=np.array([2, 0, 1]))
+    futures = record(network, particles, horizon_s=300.0, workers=1)
+    write_recording(tmp_path, futures, particles, network, describe(network, {}))
+    again = read_recording(tmp_path / "futures.parquet", network).futures
+    assert futures.target.tolist() == again.target.tolist() == [2, 0, 1]
+
+
 def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     network = grid5x5()
     particles = walkers(network, 4, np.random.default_rng(2), start="r0c0-r0c1", roads=2)

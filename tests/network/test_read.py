@@ -221,3 +221,16 @@ def test_missing_net_is_named(tmp_path: Path) -> None:
         read_net(tmp_path)
     with pytest.raises(InputError, match="needs nodes and edges, or net, or osm"):
         open_network(section(nodes="only.nod.xml"), tmp_path)
+
+
+def test_a_net_tells_its_projection(tmp_path: Path) -> None:
+    assert shipped_net("grid5x5").projection is None
+    path = shipped_net("grid5x5").path
+    utm = "+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
+    text = path.read_text()
+    assert 'projParameter="!"' in text
+    (tmp_path / "town.net.xml").write_text(text.replace('"!"', f'"{utm}"'))
+    for _ in range(2):  # read, and kept
+        read._network.cache_clear()
+        assert read_net(tmp_path / "town.net.xml").projection == utm
+    assert read_net(tmp_path / "town.net.xml").half_width_m.tolist() == [0.0] * 60
