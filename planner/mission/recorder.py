@@ -13,9 +13,10 @@ from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.futures.record import Progress
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
+from planner.progress import Progress
+from planner.search.greedy import GreedyOptions, greedy
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
@@ -180,7 +181,6 @@ def budget_of(opened: OpenScenario) -> Budget:
 def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
     if method.name != "greedy":
         return method.load()
-    from planner.search.greedy import GreedyOptions, greedy
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures
