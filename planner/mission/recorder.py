@@ -18,6 +18,7 @@ from planner.futures.futures import Futures
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
 from planner.progress import Progress
+from planner.search.greedy import GreedyOptions, greedy
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
@@ -175,7 +176,6 @@ def budget_of(opened: OpenScenario) -> Budget:
 def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
     if method.name != "greedy":
         return method.load()
-    from planner.search.greedy import GreedyOptions, greedy
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures
