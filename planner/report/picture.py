@@ -18,6 +18,7 @@ from planner.futures.futures import NO_EDGE
 from planner.futures.state_at import State
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import draw_curves
+from planner.report.formats import length, time_unit
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -29,7 +30,6 @@ from planner.report.maps import (
     draw_targets,
     time_colours,
 )
-from planner.report.units import length, time_unit
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
