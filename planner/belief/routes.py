@@ -122,7 +122,7 @@ def most_turns(prior: Prior, network: RoadNetwork, horizon_s: float, *, limit: i
     turns = PossibleTurns.of(prior, network)
     leaves = np.repeat(np.arange(len(network.edge_ids)), turns.count)
     reach_m = prior.speed_mps.high * horizon_s
-    # The least a target has driven at the end of each edge after so many turns.
+    # The least a target has driven at the end of each edge, by the number of turns taken.
     driven_m = np.where(prior.edge_probability > 0, 0.0, np.inf)
     for taken in range(limit):
         possible = driven_m[leaves] < reach_m

@@ -19,7 +19,7 @@ from planner.search.methods import method_named
 # first is a figure of the 5 x 5 grid: elsewhere only the times of finished conditions are good.
 VEHICLE_S = 1.5e-3  # for SUMO to drive one target of the grid up to the horizon
 LEG_S = 8e-6  # for a search to fly one simulated leg
-CONDITION_S = 0.3  # to read the futures, judge the plan and keep what came of it
+CONDITION_S = 0.3  # to read the futures, evaluate the plan and store the outcome
 UNSIZED = ("exact", "orienteering")  # their work does not follow from what the scenario says
 
 

@@ -132,7 +132,7 @@ def _start_tracker() -> None:
 
 
 def _begin(held: Connection) -> None:
-    """Let the program alone hear Ctrl-C, and end with it, however it ends."""
+    """Leave Ctrl-C to the program alone, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("planner").addHandler(logging.NullHandler())
     threading.Thread(target=_end_with_parent, args=(held,), daemon=True).start()

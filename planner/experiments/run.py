@@ -135,30 +135,30 @@ def _record_shared(waiting: Sequence[Condition], workers: int, progress: Progres
             if condition.study:
                 continue
             opened, method = condition.opened(), method_named(condition.method)
-            judged = needs_holdout(method, opened)
-            key = _shared(opened, condition, judged=judged)
+            holdout = needs_holdout(method, opened)
+            key = _shared(opened, condition, holdout=holdout)
             if key in recorded:
                 continue
             recorded.add(key)
             if progress:
                 progress(0, len(waiting), f"recording {len(recorded)}")
-            _record(Recorder(opened, workers), condition, judged=judged)
+            _record(Recorder(opened, workers), condition, holdout=holdout)
 
 
-def _record(recorder: Recorder, condition: Condition, *, judged: bool) -> None:
+def _record(recorder: Recorder, condition: Condition, *, holdout: bool) -> None:
     recorder.planning()
     if condition.targets:
         recorder.evaluation(condition.targets)
-    if judged:
+    if holdout:
         recorder.holdout()
     for one in condition.sets:
         targets_of(one, condition, workers=recorder.workers or 1)
 
 
-def _shared(opened: OpenScenario, condition: Condition, *, judged: bool) -> str:
+def _shared(opened: OpenScenario, condition: Condition, *, holdout: bool) -> str:
     """Return what decides which targets are drawn, as text."""
     scenario = opened.scenario.as_dict()
     search = {key: scenario["search"].get(key) for key in DRAWN_BY}
     sets = [one.as_dict() for one in condition.sets]
-    drawn = [scenario["target"], scenario["truth"], search, condition.targets, judged, sets]
+    drawn = [scenario["target"], scenario["truth"], search, condition.targets, holdout, sets]
     return json.dumps([opened.network.sha256, *drawn], sort_keys=True)

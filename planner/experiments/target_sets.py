@@ -34,7 +34,7 @@ class RecordedTargets:
     route: tuple[str, ...]  # (N,)
 
 
-_met: dict[str, RecordedTargets] = {}
+_at_hand: dict[str, RecordedTargets] = {}
 
 
 def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1) -> RecordedTargets:
@@ -52,11 +52,11 @@ def _targets(target_set: TargetSet, opened: OpenScenario, workers: int) -> Recor
     truth = opened.scenario.truth.model_dump(mode="json")
     made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
     key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
-    if key not in _met:
-        while len(_met) >= AT_HAND:
-            _met.pop(next(iter(_met)))
-        _met[key] = _all_routes(target_set, opened, workers)
-    return _on_route(target_set, _met[key]) if target_set.route else _met[key]
+    if key not in _at_hand:
+        while len(_at_hand) >= AT_HAND:
+            _at_hand.pop(next(iter(_at_hand)))
+        _at_hand[key] = _all_routes(target_set, opened, workers)
+    return _on_route(target_set, _at_hand[key]) if target_set.route else _at_hand[key]
 
 
 def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
@@ -104,26 +104,26 @@ def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, 
 
 
 def _figures(
-    target_set: TargetSet, met: RecordedTargets, problem: Problem, plan: Plan
+    target_set: TargetSet, targets: RecordedTargets, problem: Problem, plan: Plan
 ) -> dict[str, Any]:
-    seen = looked(met.futures, plan.tracks, problem.sensor, target_set.detects)
-    weight, horizon_s = met.futures.weight, problem.horizon_s
+    seen = looked(targets.futures, plan.tracks, problem.sensor, target_set.detects)
+    weight, horizon_s = targets.futures.weight, problem.horizon_s
     time_s = seen.time_s(horizon_s)
     absent = max(0.0, 1.0 - float(weight.sum()))
     found = seen.found_by(np.full(len(weight), horizon_s))
-    goal_s = np.minimum(met.futures.end_s, np.nextafter(horizon_s, np.inf))
+    goal_s = np.minimum(targets.futures.end_s, np.nextafter(horizon_s, np.inf))
     before = seen.found_by(goal_s, strict=True)
     figures: dict[str, Any] = {
         "expected_detection_time_s": float(weight @ time_s) + absent * horizon_s,
         "detection_probability": min(1.0, float(weight @ found)),
         "found_before_goal_probability": min(1.0, float(weight @ before)),
-        "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
+        "goal_s": [float(targets.futures.end_s.min()), float(targets.futures.end_s.max())],
     }
     if problem.objective.by_s is not None:
         by = seen.found_by(np.full(len(weight), problem.objective.by_s))
         figures["found_by_probability"] = min(1.0, float(weight @ by))
     if target_set.by_route:
-        figures["routes"] = _by_route(met.route, weight, time_s)
+        figures["routes"] = _by_route(targets.route, weight, time_s)
     return figures
 
 
@@ -143,10 +143,10 @@ def _at_points(values: Distribution, points: int) -> Distribution:
     return Listed(values.quantile(middles), np.full(points, 1 / points))
 
 
-def _on_route(target_set: TargetSet, met: RecordedTargets) -> RecordedTargets:
-    chosen = np.array([route == target_set.route for route in met.route])
+def _on_route(target_set: TargetSet, targets: RecordedTargets) -> RecordedTargets:
+    chosen = np.array([route == target_set.route for route in targets.route])
     if not chosen.any():
         raise InputError(f"sets.{target_set.name}.route: no target takes it; name all its edges")
-    futures = met.futures.take(chosen)
+    futures = targets.futures.take(chosen)
     weight = futures.weight / futures.weight.sum()
     return RecordedTargets(replace(futures, weight=weight), (target_set.route,) * len(weight))

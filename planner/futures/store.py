@@ -93,7 +93,7 @@ def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str
 
 
 def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
-    """Return the name of a recording: a digest of all that decides what is in it."""
+    """Return the name of a recording: a digest of everything that decides its content."""
     digest = hashlib.sha256(repr((sorted(described.items()), made_by(PACKAGE))).encode())
     for part in _parts(recipe):
         digest.update(part)

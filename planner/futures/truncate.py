@@ -31,7 +31,7 @@ def parked(futures: Futures, rng: np.random.Generator) -> Futures:
 
 
 def after(futures: Futures, from_s: Floats) -> Futures:
-    """Return futures in which each particle is nowhere before a time of its own, (N,) seconds.
+    """Return futures in which each particle is nowhere before its own time, (N,) seconds.
 
     For a time of infinity it is never there.
     """

@@ -29,7 +29,7 @@ FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 @dataclass(frozen=True)
 class Recorder:
-    """Records targets of a scenario; each use draws from a stream of its own.
+    """Records targets of a scenario; each use has its own random stream.
 
     Planners see ``planning`` only: no planner can reach the streams of the others.
     """
@@ -60,7 +60,7 @@ class Recorder:
         return self._drawn(self.opened.truth_prior, targets, ("evaluation",))
 
     def truths(self, targets: int, *, seed: int) -> Recording:
-        """Return true targets for missions, independent draws under a seed of their own."""
+        """Return true targets for missions, independent draws under their own seed."""
         return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
 
     def predefined(
@@ -134,7 +134,7 @@ def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None 
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:
-    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
+    """Return whether other particles have to be drawn; there are none where all are enumerated."""
     return method.chooses and opened.scenario.search.sampling != "all"
 
 

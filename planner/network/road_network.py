@@ -14,7 +14,7 @@ class RoadNetwork:
     """Nodes and roads as the UAV flies them, edges and turns as a target drives them.
 
     A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's; today
-    every edge is a road of its own (``edge_road`` is the identity).
+    every edge is its own road (``edge_road`` is the identity).
     """
 
     node_ids: tuple[str, ...]  # V names

@@ -19,7 +19,7 @@ class Claim:
 
     text: str  # the paper's own words, or the question
     where: str  # in the paper
-    reading: str  # under which it was tested
+    interpretation: str  # under which it was tested
     verdict: Verdict
     finding: str  # by how much, with interval
     table: str = ""  # in Markdown, where one number is not enough
@@ -76,7 +76,7 @@ def _full(number: int, claim: Claim) -> str:
     parts = [
         f'<a id="claim-{number}"></a>\n\n### {number}. {claim.text}',
         f"*{claim.where}.* **{claim.verdict.capitalize()}.** {claim.finding}",
-        f"Reading: {claim.reading}.",
+        f"Interpretation: {claim.interpretation}.",
         claim.table,
     ]
     return "\n\n".join(part for part in parts if part)

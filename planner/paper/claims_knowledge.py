@@ -1,4 +1,4 @@
-"""Readings of the pseudo-code, the number of particles, and what knowledge is worth."""
+"""Interpretations of the pseudo-code, the number of particles, and what knowledge is worth."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -20,12 +20,12 @@ from planner.report.formats import km
 REFERENCE = "as in the preset"
 BASE, KNOWN = "all that is known", "as believed"
 TURNS, EQUAL = "four in five turn east", "turns taken for equal"
-NUMBERS = ("radius", "roads", "planning", "tick")  # blocks that change no reading but a number
+NUMBERS = ("radius", "roads", "planning", "tick")  # blocks that change a mere number
 SMALL = 0.02  # share of the value that is called little
 
 
 def claims(found: ResultsByName) -> Iterator[Claim]:
-    """Yield what the studies of readings, particles and beliefs say."""
+    """Yield what the studies of interpretations, particles and beliefs say."""
     if "readings" in found:
         yield _readings(found["readings"].rows)
         yield _sixteen(found["readings"].rows)
@@ -75,9 +75,9 @@ def _readings(rows: Sequence[Row]) -> Claim:
         "greedy with one option changed at a time, all else as in the preset; all paths from "
         "the origin; change of the mean detection time, paired by seed",
         "beyond the paper",
-        f"The largest change that a reading makes and that chance does not explain is "
-        f"{100 * largest[0]:.0f} %: {largest[1]}. What is no reading but a number, the radius "
-        "say, stands in the last rows.",
+        f"The largest change that an interpretation makes and that chance does not explain is "
+        f"{100 * largest[0]:.0f} %: {largest[1]}. Changes of a mere number, such as the "
+        "radius, stand in the last rows.",
         markdown_table(["", *map(km, distances)], lines),
     )
 

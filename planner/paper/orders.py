@@ -62,7 +62,7 @@ def _row(name: str, value_s: float, values: Floats) -> dict[str, Any]:
 
 
 def _random_row(problem: Problem, every: OrderValues, seed: int) -> dict[str, Any]:
-    """Return the mean of orders drawn at random, each flown and judged as plans are."""
+    """Return the mean of orders drawn at random, each flown and evaluated as plans are."""
     drawn = stream(seed, "orders").integers(0, len(every), FLOWN).tolist()
     flown = np.array([_value(problem, every.order(index)) for index in drawn])
     row = _row(f"{FLOWN} random orders: mean", float(flown.mean()), every.value)

@@ -30,8 +30,8 @@ JUDGES = (
 HEAD = """\
 # The claims of the paper, tested
 
-Kamrani and Ayani, *Simulation-aided path planning of UAV*, 2007: its claims, the reading under
-which each was tested, and what came of it. `planner experiment paper` made this page and all
+Kamrani and Ayani, *Simulation-aided path planning of UAV*, 2007: its claims, the interpretation
+under which each was tested, and the result. `planner experiment paper` made this page and all
 numbers in it. Intervals are 95 %, Student's, over seeds; differences are paired, as all methods
 meet the same futures and the same targets. Where no interval stands, nothing in the number is left
 to chance.

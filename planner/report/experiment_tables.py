@@ -29,7 +29,7 @@ roads may be a little better.
 
 """
 MOST_LINES = 60  # further ones are left out of a terminal
-COLUMNS, OTHERS = 3, "other levels"  # more factors than so many share a column of this name
+COLUMNS, OTHERS = 3, "other levels"  # more factors than that share a column of this name
 
 
 def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
