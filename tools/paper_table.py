@@ -152,7 +152,7 @@ def opened_at(u0_km: int, seed: int, overrides: Iterable[str] = ()) -> OpenScena
 def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], Futures]:
     """Return the particles of each planning seed, and the fresh targets common to all.
 
-    Seed 0 is reserved for the targets.
+    Seed 0 is nobody's but the targets'.
     """
     total = wanted.seeds * wanted.particles + wanted.targets
 
@@ -183,7 +183,7 @@ def _evaluated(row: Row, opened: OpenScenario, fresh: Futures, futures: Futures)
 
 
 def cells(wanted: argparse.Namespace) -> Iterator[Cell]:
-    """Record, plan and evaluate; yield the rows of the table."""
+    """Record, plan and evaluate; yield the table's rows."""
     with progress("recording in SUMO") as told:
         planning, fresh = recordings(wanted, told)
     rows = [row for row in ROWS if not wanted.only or row.name in wanted.only]
