@@ -102,7 +102,7 @@ def _fly(task: tuple[Way, int, int, int]) -> Flown:
     particles = recorder.planning().futures
     holdout = recorder.holdout().futures if method.chooses else None
     begun_s = time.thread_time()
-    plan = make_plan(method, opened, recorder, particles, holdout=holdout)
+    plan = make_plan(method, opened, recorder, particles, holdout=holdout).plan
     took_s = time.thread_time() - begun_s
     problem = problem_of(opened, particles)
     planned, flown = (

@@ -16,7 +16,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
     recorder = planner.Recorder(opened)
     problem = planner.problem_of(opened, recorder.planning().futures)
     budget = planner.Budget(roads=opened.scenario.search.depth)
-    plan = planner.greedy(problem, budget=budget, rng=planner.stream(1, "example"))
+    plan = planner.greedy(problem, budget=budget, rng=planner.stream(1, "example")).plan
 
     targets = recorder.truths(200, seed=1).futures
     flown = planner.fly(plan, targets, problem.sensor, problem.objective).evaluation

@@ -71,7 +71,7 @@ def searched(instance: Instance, work: int) -> Instance:
         budget = replace(budget_of(opened), work=work)
         plan = make_plan(
             method_named(name), opened, recorder, futures, holdout=holdout, budget=budget
-        )
+        ).plan
         legs = [flown.leg for flown in plan.legs[0]]
         candidates.append((holdout_value(problem, plan), name, legs))
     if instance.plan:

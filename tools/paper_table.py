@@ -177,7 +177,7 @@ def measured(row: Row, u0_km: int, planning: Sequence[Futures], fresh: Futures) 
 
 
 def _evaluated(row: Row, opened: OpenScenario, fresh: Futures, futures: Futures) -> Evaluation:
-    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures)
+    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures).plan
     problem = problem_of(opened, futures)
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 

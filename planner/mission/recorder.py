@@ -10,7 +10,6 @@ from planner.belief.prior import Prior
 from planner.belief.sampling import Sampling, predefined, sample
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
-from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import Progress
@@ -18,6 +17,7 @@ from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.streams import stream
 
 HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
@@ -150,8 +150,8 @@ def make_plan(
     *,
     holdout: Futures | None = None,
     budget: Budget | None = None,
-) -> Plan:
-    """Return the plan that a method makes for a scenario on given futures.
+) -> SearchResult:
+    """Return what a method makes of a scenario on given futures.
 
     Parameters
     ----------
@@ -177,8 +177,10 @@ def budget_of(opened: OpenScenario) -> Budget:
     return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
-def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
-    if method.name != "greedy":
+def _planner(
+    method: Method, opened: OpenScenario, recorder: Recorder
+) -> Callable[..., SearchResult]:
+    if not method.takes_options:
         return method.load()
     from planner.search.greedy import GreedyOptions, greedy
 

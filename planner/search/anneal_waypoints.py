@@ -14,10 +14,12 @@ import numpy as np
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
 from planner.flight.plan import ROUNDING_S, Plan
+from planner.progress import silent
 from planner.search.beam import beam, holdout_value
 from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
@@ -44,7 +46,7 @@ def anneal_waypoints(
     rng: np.random.Generator,
     annealing: Annealing | None = None,
     start: Floats | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the best plan of waypoints found by annealing.
 
     Its last part, which hunts for the last few of its own particles, may give way to a patrol
@@ -54,8 +56,7 @@ def anneal_waypoints(
     Parameters
     ----------
     budget
-        ``stop`` is asked between rounds of moves; ``told`` hears the value
-        after each.
+        ``stop`` is asked between rounds of moves, ``on_progress`` called after each.
     start
         Waypoints, (W, 3): x and y in metres, and how long to hover there in seconds. By default
         those of the road plan of a beam search.
@@ -66,21 +67,20 @@ def anneal_waypoints(
         If the sensor only looks along roads.
     """
     needs_open_country(problem, "anneal-waypoints")
-    rules = annealing or Annealing()
+    rules, log = annealing or Annealing(), SearchLog(problem, budget)
     start = road_waypoints(problem, budget) if start is None else start
     known = Known.of(problem, start)
     lacks, many = known.lacks, rules.moves or max(1, budget.work // MOVE)
     for done in range(0, many, ROUND):
-        if budget.stop():
+        if log.stop():
             break
         moves = np.arange(done, min(done + ROUND, many))
         heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
-        if budget.told:
-            budget.told(problem.objective.value(known.best_reward), MOVE * (done + len(moves)))
+        log.reached(known.best_reward, MOVE * (done + len(moves)))
     flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
     plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
-    return max(plans, key=lambda plan: holdout_value(problem, plan))
+    return log.result(max(plans, key=lambda plan: holdout_value(problem, plan)))
 
 
 class Known:
@@ -164,12 +164,9 @@ class Known:
 
 def road_waypoints(problem: Problem, budget: Budget) -> Floats:
     """Return the waypoints of a beam's road plan, (W, 3): x, y, seconds of hovering."""
-    plan = beam(
-        problem,
-        budget=replace(budget, work=budget.work // 10, told=None),
-        rng=np.random.default_rng(0),
-    )
-    return waypoints_of(problem, plan)
+    tenth = replace(budget, work=budget.work // 10, on_progress=silent)
+    found = beam(problem, budget=tenth, rng=np.random.default_rng(0))
+    return waypoints_of(problem, found.plan)
 
 
 def waypoints_of(problem: Problem, plan: Plan) -> Floats:

@@ -20,6 +20,7 @@ from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate_order
+from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
@@ -61,19 +62,19 @@ class RewardToGo:
         return cls(share, float(first_s), step_s)
 
 
-def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan of the best of two beams, one along roads only, one with flights between.
 
     The budget's work sets their width; the better one is chosen on the problem's holdout. A patrol
     goes on after its end.
     """
-    engine = WhatIf(problem)
+    engine, log = WhatIf(problem), SearchLog(problem, budget)
     outlook = RewardToGo.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders, done = [], 0
     for one in beams:
-        order, work = beam_order(engine, one, outlook, stop=budget.stop)
+        order, work = beam_order(engine, one, outlook, stop=log.stop)
         orders.append(order)
         done += work
     plans = [
@@ -81,9 +82,8 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         for order in orders
     ]
     chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
-    if budget.told:
-        budget.told(problem.objective.value(holdout_value(problem, chosen)), done)
-    return chosen
+    log.reached(holdout_value(problem, chosen), done)
+    return log.result(chosen)
 
 
 def near_m(problem: Problem) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets, freeze
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 if TYPE_CHECKING:
     from planner.search.kernels.exact import Case, States
@@ -21,7 +21,7 @@ STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
 TIE_SHARE = 1e-12  # probabilities this close are equal
 
 
-def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that serves the objective best, of all orders and directions of the roads.
 
     Each road is flown at most once, straight from the end of one to the start of the next; by
@@ -40,7 +40,7 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     order, _ = best_order(problem, most_legs)
     if problem.uav.return_to_m is None:
         order = (*order, *_nearest_next(problem, order))[:most_legs]
-    return plan_of_legs(problem, "exact", order)
+    return SearchResult(plan_of_legs(problem, "exact", order))
 
 
 def number_of_orders(roads: int, flown: int | None = None) -> int:

@@ -4,13 +4,13 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.search.plan import plan_of_wait
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 
-def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that flies to where most targets end and waits there until the horizon.
 
     Neither budget nor chance changes it. Targets that vanish at their end are seen there as they
@@ -27,7 +27,7 @@ def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         x_m, y_m = busiest_end(futures, radius_m)
     else:
         x_m, y_m = busiest_by(problem, problem.objective.by_s)
-    return plan_of_wait(problem, "wait", x_m, y_m)
+    return SearchResult(plan_of_wait(problem, "wait", x_m, y_m))
 
 
 def busiest_end(futures: Futures, radius_m: float) -> tuple[float, float]:

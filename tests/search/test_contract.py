@@ -111,7 +111,7 @@ def instance(name: str) -> Problem:
 
 
 def planned(method: Method, problem: Problem, seed: int = 7) -> Plan:
-    return method.load()(problem, budget=BUDGET, rng=np.random.default_rng(seed))
+    return method.load()(problem, budget=BUDGET, rng=np.random.default_rng(seed)).plan
 
 
 def pairs(without: set[tuple[str, str]]) -> list[object]:
@@ -157,7 +157,7 @@ def random_s(name: str, roads: int) -> float:
     """What so many random roads achieve in the mean."""
     load, problem = method_named("random").load, instance(name)
     streams = [np.random.default_rng(seed) for seed in range(60)]
-    plans = [load()(problem, budget=Budget(roads), rng=rng) for rng in streams]
+    plans = [load()(problem, budget=Budget(roads), rng=rng).plan for rng in streams]
     return float(np.mean([cost_s(problem, plan) for plan in plans]))
 
 

@@ -30,7 +30,7 @@ def problem_with(
 
 
 def planned(problem: Problem) -> tuple[Plan, Evaluation]:
-    plan = wait(problem, budget=Budget(), rng=np.random.default_rng(0))
+    plan = wait(problem, budget=Budget(), rng=np.random.default_rng(0)).plan
     return plan, evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
 
 
