@@ -20,7 +20,6 @@ from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
-from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
 DRAWS = 9  # uniform numbers per move
@@ -92,7 +91,7 @@ class Known:
         particles = len(problem.futures)
         self._world = _world(problem)
         self._scale = _scale(problem)
-        self._most = float(problem.futures.weight.sum()) * problem.objective.most
+        self._most = float(problem.weight_at_start.sum()) * problem.objective.most
         self._now, self._trial = (
             (np.zeros((3, room)), np.zeros((4, room)), (np.zeros(particles, np.int32), found_at))
             for found_at in np.zeros((2, particles))
@@ -107,7 +106,7 @@ class Known:
         """Return the flight over given waypoints, (W, 3)."""
         from planner.search.kernels.waypoints import LEFT, SEEN, sweep
 
-        known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav
+        known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav_at_start
         way, marks, found = known._now
         place, met, counts = known._books
         many = known._many = len(waypoints) + 1
@@ -190,14 +189,15 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
     plan = plan_of_waypoints(problem, "", waypoints)
     seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
     by_time = np.argsort(seen_at, kind="stable")
-    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.futures.weight, 0.0)[by_time])
+    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.weight_at_start, 0.0)[by_time])
     enough = min(int(np.searchsorted(weight, share * weight[-1])), len(weight) - 1)
     leaves_s = times_left(problem, waypoints)
     useful = int(np.searchsorted(leaves_s, seen_at[by_time[enough]]))
     if useful >= len(waypoints) or leaves_s[useful] >= problem.horizon_s:
         return waypoints
     legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
-    state = SearchState.of_sightings(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
+    begun = replace(problem.first_state, time_s=left_s, x_m=x_m, y_m=y_m)
+    state = begun.absorb(np.where(seen_at <= left_s, seen_at, np.inf))
     order = patrol(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
@@ -207,7 +207,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
 
 def times_left(problem: Problem, waypoints: Floats) -> Floats:
     """Return when each waypoint is left, (W,) seconds, if there were no end to the flight."""
-    uav = problem.uav
+    uav = problem.uav_at_start
     places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
     flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
     return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
@@ -218,14 +218,14 @@ def _world(problem: Problem) -> Any:
     from planner.search.kernels.cells import crowd_of
     from planner.search.kernels.motion import fastest
 
-    uav, futures, objective = problem.uav, columns(problem.futures), problem.objective
+    uav, futures, objective = problem.uav_at_start, columns(problem.futures), problem.objective
     radius_m = float(problem.sensor.radius_m)
     span = (float(uav.take_off_s), float(objective.ends_s))
     crowd = crowd_of(futures, radius_m, float(fastest(futures)), span)
     home = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
     limits = (*map(float, home), float(uav.landing_s), span[1], float(uav.speed_mps))
     by_s = np.inf if objective.by_s is None else float(objective.by_s)
-    return crowd, radius_m, problem.futures.weight, limits, (float(objective.horizon_s), by_s)
+    return crowd, radius_m, problem.weight_at_start, limits, (float(objective.horizon_s), by_s)
 
 
 def _scale(problem: Problem) -> tuple[float, float]:

@@ -49,10 +49,10 @@ class RewardToGo:
         """Return what the sightings of a road order have brought after each time."""
         track = plan_of_legs(problem, "", order).tracks[0]
         seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        first_s = problem.uav.take_off_s
+        first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
-        weight = problem.futures.weight[by_time]
+        weight = problem.weight_at_start[by_time]
         after = np.searchsorted(seen_at[by_time], times, side="right")
         left, brings = (
             np.append(np.cumsum(amount[::-1])[::-1], 0.0)[after]

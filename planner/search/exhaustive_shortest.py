@@ -105,7 +105,7 @@ def shortest_order(problem: Problem, *, width: int | None = None) -> tuple[list[
 
 
 def _ground(problem: Problem) -> Ground:
-    network, uav = problem.network, problem.uav
+    network, uav = problem.network, problem.uav_at_start
     places = np.vstack([network.node_xy_m, [uav.x_m, uav.y_m]])
     offset = places[:, None] - network.node_xy_m
     seconds = np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps

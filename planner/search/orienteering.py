@@ -68,7 +68,7 @@ def passing_probability(problem: Problem) -> Floats:
     known = futures.edge >= 0
     passed = np.stack([network.edge_road[futures.edge[known]], particle[known]], axis=1)
     road, who = np.unique(passed, axis=0).T
-    weight = futures.weight[who]
+    weight = problem.weight_at_start[who]
     sums = np.bincount(road, weights=weight, minlength=len(network.road_ids))
     return np.asarray(sums, dtype=np.float64)
 
@@ -78,7 +78,7 @@ def _flight_ticks(problem: Problem) -> Offsets:
 
     The first place is the take-off, the last one the end of the tour, at home where there is one.
     """
-    legs, uav = problem.legs, problem.uav
+    legs, uav = problem.legs, problem.uav_at_start
     ends_xy_m = np.vstack([[[uav.x_m, uav.y_m]], legs.node_xy_m[legs.to_node]])
     offset = ends_xy_m[:, None] - legs.node_xy_m[legs.from_node]
     lasts_s = np.zeros((len(legs) + 2, len(legs) + 2))
@@ -88,5 +88,5 @@ def _flight_ticks(problem: Problem) -> Offsets:
 
 
 def _most_ticks(problem: Problem) -> int:
-    uav = problem.uav
+    uav = problem.uav_at_start
     return int(TICKS_PER_S * (min(problem.objective.ends_s, uav.landing_s) - uav.take_off_s))

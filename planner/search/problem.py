@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from planner.arrays import Ints
+from planner.arrays import Floats, Ints
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.legs import Legs
@@ -57,6 +57,11 @@ class Problem:
         """The UAV as it flies on from the first state."""
         at = self.start
         return self.uav if at is None else self.uav.resumed(at.time_s, at.x_m, at.y_m)
+
+    @cached_property
+    def weight_at_start(self) -> Floats:
+        """Probability that the target is a particle, still unseen in the first state, (N,)."""
+        return self.futures.weight * self.first_state.miss
 
     @cached_property
     def legs(self) -> Legs:
