@@ -96,7 +96,7 @@ def detection(repeats: int) -> Iterator[Figure]:
     sys.path.insert(0, str(ROOT / "tests"))
     by_ticks: Any = import_module("reference").by_ticks
     problem, plan = _planning("greedy", GRID)
-    targets, track, radius_m = problem.futures, plan().plan.tracks[0], problem.sensor.radius_m
+    targets, track, radius_m = problem.futures, *plan().plan.tracks, problem.sensor.radius_m
     first_detection(targets, track, radius_m)
     fast, slow = [], []
     for _ in range(repeats):

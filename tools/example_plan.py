@@ -24,7 +24,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
     print(f"expected detection time {flown.expected_detection_time_s:,.0f} s", end=" ")
     print(f"({low_s:,.0f} to {high_s:,.0f}); found {flown.detection_probability:.0%}")
 
-    track = plan.tracks[0]
+    (track,) = plan.tracks  # one UAV
     with Path(output).open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", "x_m", "y_m", "altitude_m"])

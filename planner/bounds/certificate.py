@@ -11,7 +11,7 @@ from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Beginning, Search
 from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.bounds.sighting_table import pieces_of
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluation import evaluate
 from planner.flight.plan import Plan
 from planner.progress import Progress, silent
 from planner.search.problem import Problem
@@ -64,13 +64,13 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     NotApplicableError
         If the net is too large for the bound on road plans.
     """
-    track, objective = plan.tracks[0], problem.objective
-    seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+    objective = problem.objective
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
     most = float(weight @ objective.reward(earliest(problem)))
-    if not plan.legs[0]:
+    if not plan.follows_roads:
         return Certificate(value, objective.value(most), "free")
     steps, trace = itertools.count(1), list[TracePoint]()
 

@@ -17,8 +17,7 @@ from planner.search.problem import Problem
 def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Problem:
     """Return the problem that a plan answers: it takes off when the plan does."""
     problem = problem_of(opened, futures)
-    take_off_s = float(plan.tracks[0].time_s[0])
-    return problem.replace(uav=replace(problem.uav, take_off_s=take_off_s))
+    return problem.replace(uav=replace(problem.uav, take_off_s=plan.take_off_s))
 
 
 def bounds_of_sets(

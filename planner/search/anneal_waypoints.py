@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import columns, first_detection
+from planner.detection.first_detection import columns
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.progress import silent
 from planner.search.beam import beam, holdout_value
@@ -173,7 +173,7 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
 
     What it flies more slowly than it could becomes flight at full speed, and hovering.
     """
-    track = plan.tracks[0]
+    (track,) = plan.tracks
     flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uav.speed_mps
     waits_s = np.diff(track.time_s) - flies_s
     waits_s[waits_s < ROUNDING_S] = 0.0
@@ -187,7 +187,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
     Of all particles that they see, by weight.
     """
     plan = plan_of_waypoints(problem, "", waypoints)
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     by_time = np.argsort(seen_at, kind="stable")
     weight = np.cumsum(np.where(np.isfinite(seen_at), problem.weight_at_start, 0.0)[by_time])
     enough = min(int(np.searchsorted(weight, share * weight[-1])), len(weight) - 1)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluation import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
 from planner.search.patrol import with_patrol
@@ -47,8 +47,8 @@ class RewardToGo:
     @classmethod
     def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
-        track = plan_of_legs(problem, "", order).tracks[0]
-        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+        flown = plan_of_legs(problem, "", order).tracks
+        seen_at = evaluate(flown, problem.futures, problem.sensor, problem.objective).seen_at
         first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
@@ -94,7 +94,7 @@ def near_m(problem: Problem) -> float:
 def holdout_value(problem: Problem, plan: Plan) -> float:
     """Return a plan's expected reward on the holdout particles, or on its own if there are none."""
     holdout = problem.holdout or problem.futures
-    seen_at = first_detection(holdout, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, holdout, problem.sensor, problem.objective).seen_at
     return float(holdout.weight @ problem.objective.reward(seen_at))
 
 
