@@ -16,7 +16,7 @@ import numpy as np
 
 import planner
 from planner.bounds.certificate import Certificate, Effort, certified, gap_of
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluation import evaluate
 from planner.flight.plan import Plan
 from planner.search.best import best
 from planner.search.plan import plan_of_legs
@@ -110,7 +110,7 @@ def curve(u0_km: int, seconds: float) -> list[Point]:
 
 def value_of(problem: Problem, plan: Plan) -> float:
     """Return E[min(tau, horizon)] of a plan, by flying it."""
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     return float(problem.futures.weight @ np.minimum(seen_at, problem.horizon_s))
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
+from planner.detection.evaluation import evaluate
 from planner.detection.first_detection import columns
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.progress import silent
