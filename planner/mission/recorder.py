@@ -12,9 +12,10 @@ from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.futures.record import Progress
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
+from planner.progress import Progress
+from planner.search.greedy import GreedyOptions, greedy
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
@@ -182,7 +183,6 @@ def _planner(
 ) -> Callable[..., SearchResult]:
     if not method.takes_options:
         return method.load()
-    from planner.search.greedy import GreedyOptions, greedy
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures
