@@ -1,4 +1,4 @@
-"""What made a result: versions, arguments, scenario, seed, hashes and times."""
+"""The origin of a result: versions, arguments, scenario, seed, hashes and times."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from typing import Any
 
 SCHEMA = "planner.run/1"
 
-# What can change a result, by the names under which pip knows it.
+# The packages that can change a result, with their names on PyPI.
 PACKAGES = {
     "planner": "sumo-search-planner",
     "sumo": "eclipse-sumo",
@@ -40,7 +40,7 @@ def provenance(
 ) -> dict[str, Any]:
     """Return what a ``run.json`` holds, ready for ``json.dumps``.
 
-    Wall-clock times stand here and in no other file, so that the others repeat byte for byte.
+    Wall-clock times are in this file alone, so that all others repeat byte for byte.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ def provenance(
     scenario
         The scenario with all defaults and overrides in place.
     seed
-        The scenario's seed, from which all streams come.
+        The scenario's seed, from which all random streams derive.
     sha256
-        Digests of what went in and came out (net, futures, plan), by name.
+        Digests of inputs and outputs (net, futures, plan), by name.
     started
-        When the run began, with its time zone; now if left out.
+        When the run began, with its time zone; now if not given.
     took_s
-        Wall-clock seconds of the run's parts, by name.
+        Wall-clock seconds of the parts of the run, by name.
     """
     return {
         "schema": SCHEMA,

@@ -11,12 +11,16 @@ from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Beginning, Search
 from planner.bounds.particle_prices import fitting_bin_s, table_of
 from planner.bounds.sighting_table import pieces_of
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluation import evaluate
 from planner.flight.plan import Plan
+from planner.progress import Progress, silent
 from planner.search.problem import Problem
+from planner.search.result import TracePoint
+from planner.search.stop import Stop, WorkDone
 
 STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a beginning
+USUAL = WorkDone(STEPS)
 
 
 @dataclass(frozen=True)
@@ -24,9 +28,8 @@ class Effort:
     """When the search for better prices ends."""
 
     gap: float = 0.0  # as soon as the gap is this small
-    steps: int = STEPS
-    stop: Callable[[], bool] = bool
-    told: Callable[[int, float, float, float], None] | None = None  # step, value, bound, gap
+    stop: Stop = USUAL  # a unit of work is a price step
+    on_progress: Progress = silent  # is given the steps done, those usual, and the gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,7 @@ class Certificate:
     # prices, (N,) in units of reward, for beginnings of flights that have their own
     proof: Mapping[Beginning, Floats] = field(default_factory=dict)
     better: tuple[int, ...] = ()  # legs met on the way that earn more than the plan, if any
+    trace: tuple[TracePoint, ...] = ()  # the bound after how many steps
 
     @property
     def gap(self) -> float:
@@ -60,27 +64,29 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     NotApplicableError
         If the net is too large for the bound on road plans.
     """
-    track, objective = plan.tracks[0], problem.objective
-    seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+    objective = problem.objective
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
     most = float(weight @ objective.reward(earliest(problem)))
-    if not plan.legs[0]:
+    if not plan.follows_roads:
         return Certificate(value, objective.value(most), "free")
-    steps = itertools.count(1)
+    steps, trace = itertools.count(1), list[TracePoint]()
 
     def stop(bounded: float) -> bool:
         bound, step = objective.value(min(bounded, most)), next(steps)
         gap = gap_of(value, bound)
-        if effort.told:
-            effort.told(step, value, bound, gap)
-        return gap <= effort.gap or step >= effort.steps or effort.stop()
+        if not trace or trace[-1].value != bound:
+            trace.append(TracePoint(step, bound))
+        note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        effort.on_progress(step, STEPS, note)
+        return gap <= effort.gap or effort.stop(step)
 
     search = _searched(problem, earned, stop)
     bound = objective.value(min(search.bound, most))
     bin_s = fitting_bin_s(problem)
-    return Certificate(value, bound, "roads", bin_s, search.proof, search.better)
+    return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
 
 
 def _searched(problem: Problem, earned: Floats, stop: Callable[[float], bool]) -> Search:

@@ -19,6 +19,7 @@ from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.scenario.source import scenario_path
 from planner.search.plan import plan_of_legs
+from planner.search.stop import WorkDone
 
 HOME, FILE = "grid5x5", "instances.toml"
 AGAINST = "!"  # before the name of a road that is flown against its direction
@@ -150,7 +151,7 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
     legs = legs_of(opened.network, instance.plan)
     plan = plan_of_legs(problem, "best known", legs)
     try:
-        found = certified(problem, plan, Effort(steps=steps))
+        found = certified(problem, plan, Effort(stop=WorkDone(steps)))
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)

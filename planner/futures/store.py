@@ -16,10 +16,11 @@ from planner.files import cache_folder, results_written_whole
 from planner.futures.fcd import read_samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
-from planner.futures.record import Progress, record
+from planner.futures.record import record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
+from planner.progress import Progress
 
 log = logging.getLogger(__name__)
 

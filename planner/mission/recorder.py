@@ -10,14 +10,15 @@ from planner.belief.prior import Prior
 from planner.belief.sampling import Sampling, predefined, sample
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
-from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.futures.record import Progress
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
+from planner.progress import Progress
+from planner.search.greedy import GreedyOptions, greedy
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.streams import stream
 
 HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
@@ -150,8 +151,8 @@ def make_plan(
     *,
     holdout: Futures | None = None,
     budget: Budget | None = None,
-) -> Plan:
-    """Return the plan that a method makes for a scenario on given futures.
+) -> SearchResult:
+    """Return what a method makes of a scenario on given futures.
 
     Parameters
     ----------
@@ -177,10 +178,11 @@ def budget_of(opened: OpenScenario) -> Budget:
     return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
-def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
-    if method.name != "greedy":
+def _planner(
+    method: Method, opened: OpenScenario, recorder: Recorder
+) -> Callable[..., SearchResult]:
+    if not method.takes_options:
         return method.load()
-    from planner.search.greedy import GreedyOptions, greedy
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures

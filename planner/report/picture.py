@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.arrays import Floats
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.files import written_whole
 from planner.flight.pieces import pieces
@@ -29,7 +30,7 @@ from planner.report.maps import (
     positions,
     time_colours,
 )
-from planner.report.units import clock, length, time_unit
+from planner.report.units import length, time_unit
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.clock import clock
 from planner.errors import InputError
 from planner.export.sumo_gui import write_overlay
 from planner.files import written_whole
@@ -20,7 +21,6 @@ from planner.parquet import write_table
 from planner.provenance import sha256_of_file, sha256_of_json
 from planner.report.picture import plan_picture, where_picture
 from planner.report.tables import MethodRow
-from planner.report.units import clock
 from planner.search.problem import Problem
 
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"

@@ -9,9 +9,9 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets, freeze
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 if TYPE_CHECKING:
     from planner.search.kernels.exact import Case, States
@@ -21,7 +21,7 @@ STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
 TIE_SHARE = 1e-12  # probabilities this close are equal
 
 
-def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that serves the objective best, of all orders and directions of the roads.
 
     Each road is flown at most once, straight from the end of one to the start of the next; by
@@ -40,7 +40,7 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     order, _ = best_order(problem, most_legs)
     if problem.uav.return_to_m is None:
         order = (*order, *_nearest_next(problem, order))[:most_legs]
-    return plan_of_legs(problem, "exact", order)
+    return SearchResult(plan_of_legs(problem, "exact", order))
 
 
 def number_of_orders(roads: int, flown: int | None = None) -> int:
@@ -145,7 +145,7 @@ def _refuse_too_many(roads: int, flown: int) -> None:
 def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
     """Yield the legs that an order leaves out, each road once, the nearest start first."""
     legs = problem.legs
-    x_m, y_m = problem.uav.x_m, problem.uav.y_m
+    x_m, y_m = problem.first_state.x_m, problem.first_state.y_m
     if order:
         x_m, y_m = legs.node_xy_m[legs.to_node[order[-1]]]
     left = np.ones(len(legs), dtype=bool)
@@ -161,7 +161,7 @@ def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
 def _case(problem: Problem) -> "Case":
     from planner.search.kernels.exact import TIE_S, Case
 
-    legs, uav, futures = problem.legs, problem.uav, problem.futures
+    legs, uav, futures = problem.legs, problem.uav_at_start, problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
     offset = place_xy_m[:, np.newaxis] - legs.node_xy_m
     points = _pieces(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
@@ -185,7 +185,7 @@ def _case(problem: Problem) -> "Case":
         home_xy_m=home_m,
         first_piece=futures.first_knot,
         pieces=pieces,
-        weight=futures.weight,
+        weight=problem.weight_at_start,
         until_s=np.minimum(until_s, objective.ends_s),
         speed_mps=float(uav.speed_mps),
         radius_m=float(problem.sensor.radius_m),
@@ -225,9 +225,9 @@ def _states(problem: Problem, case: "Case", slots: int) -> "States":
         flight=np.zeros((longest + 1, 6)),
     )
     states.place[0] = len(case.place_xy_m) - 1
-    states.time_s[0] = problem.uav.take_off_s
+    states.time_s[0] = problem.first_state.time_s
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
-    never = 1.0 - float(problem.futures.weight[moving].sum())
+    never = 1.0 - float(problem.weight_at_start[moving].sum())
     states.settled[0] = max(0.0, never) * case.miss
     return states
