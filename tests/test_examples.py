@@ -71,7 +71,7 @@ def test_the_planner_in_docs_plans() -> None:
     (code,) = [block for block in blocks("docs/python.md") if "def best_of_random" in block]
     planner = run_block(code)["best_of_random"]
     problem = contract.instance("paper_figure3")
-    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1))
+    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1)).plan
     assert contract.cost_s(problem, plan) < contract.random_s("paper_figure3", 3)
 
 
