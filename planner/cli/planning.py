@@ -21,7 +21,6 @@ from planner.cli.session import (
     planning_recorded,
 )
 from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
-from planner.detection.sensor import Sensor
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
 from planner.flight.plan import Plan
@@ -62,7 +61,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         found = _found(arguments, opened, method, targets)
         watch.lap("planning and evaluation")
         watch.took_s["planning"] = found.trial.took_s
-        content = _plan_content(opened, found.trial)
+        content = _plan_content(opened, found)
         if folder is not None:
             _write(folder, opened, found, content)
             watch.lap("files")
@@ -178,15 +177,14 @@ class _Watch:
         self._last_s = now_s
 
 
-def _plan_content(opened: OpenScenario, trial: Trial) -> dict[str, Any]:
-    scenario = opened.scenario
+def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
     return plan_content(
-        trial.plan,
+        found.trial.plan,
         opened.network,
-        sensor=Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit),
-        planned=trial.planned,
-        evaluated=trial.evaluated,
-        seed=scenario.search.seed,
+        sensor=found.problem.sensor,
+        planned=found.trial.planned,
+        evaluated=found.trial.evaluated,
+        seed=opened.scenario.search.seed,
     )
 
 
