@@ -215,7 +215,7 @@ def _save(path: Path, columns: Mapping[str, Any]) -> None:
 def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
             texts = {name: tuple(ids) for name, ids in json.loads(str(kept["texts"])).items()}
             return {**texts, **{name: kept[name] for name in ARRAYS}}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):

@@ -78,7 +78,7 @@ def _point(made: Certificate, after_s: float, steps: int) -> Point:
 
 
 def curve(u0_km: int, seconds: float) -> list[Point]:
-    """Return what `best` and its bound reach in the course of so many seconds, and at their end."""
+    """Return what `best` and its bound reach over a number of seconds, and at their end."""
     overrides = [f"uav.start.distance_m={1000 * u0_km}", "search.particles=1000"]
     opened = planner.open_scenario("grid5x5", overrides=overrides)
     problem = planner.problem_of(opened, planner.Recorder(opened).planning().futures)
