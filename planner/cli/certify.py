@@ -63,21 +63,21 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.session import new_files, planning_recorded
     from planner.mission.certificate_file import OF_SETS, PROOF
     from planner.mission.certify import problem_of_plan
-    from planner.report import run_files
+    from planner.mission.run_folder import PLAN, open_run, refuse_other_futures
     from planner.report.sentences import world_line
 
     _check_sets(arguments.sets)
     run_folder: Path = arguments.directory
-    opened, stored = run_files.open_run(run_folder)
+    opened, stored = open_run(run_folder)
     with ExitStack() as stack:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
         recording = planning_recorded(arguments, opened)
-        run_files.same_futures(run_folder, recording)
+        refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
         sets = (limit, arguments.sets)
         of_sets = {} if limit is None else dict(zip(OF_SETS, sets, strict=True))
-        summary, kept = _written(folder, run_folder / run_files.PLAN, problem, certificate, of_sets)
+        summary, kept = _written(folder, run_folder / PLAN, problem, certificate, of_sets)
     lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
     if kept:
         lines.insert(1, f"the earlier bound is better and stays: gap {summary['gap']:.1%}")

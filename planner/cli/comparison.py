@@ -24,6 +24,7 @@ from planner.interrupts import first_interrupt_asks
 from planner.mission import certify
 from planner.mission.bounds import Bounds, bounds_of, stored_bound
 from planner.mission.opening import OpenScenario
+from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
 from planner.mission.trial import Trial
 from planner.report import run_files, sentences, tables
 from planner.search.methods import METHODS, Method
@@ -87,16 +88,13 @@ def _stored(
     There is none if an option changes the problem that the run was planned for.
     """
     folder = Path(arguments.scenario).parent
-    if (
-        Path(arguments.scenario).name != run_files.PROVENANCE
-        or not (folder / run_files.PLAN).exists()
-    ):
+    if Path(arguments.scenario).name != PROVENANCE or not (folder / PLAN).exists():
         return [], Bounds({})
-    of_run, stored = run_files.open_run(folder)
+    of_run, stored = open_run(folder)
     same = of_run.scenario.as_dict() == opened.scenario.as_dict()
-    if not same or not run_files.is_planned_on(folder, targets.planning):
+    if not same or not is_planned_on(folder, targets.planning):
         return [], Bounds({})
-    bounds = Bounds(stored_bound(folder / run_files.PLAN, stored.plan))
+    bounds = Bounds(stored_bound(folder / PLAN, stored.plan))
     planned, evaluated = (
         evaluate(stored.plan.tracks, some.futures, stored.sensor, stored.objective)
         for some in (targets.planning, targets.fresh)

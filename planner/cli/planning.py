@@ -26,7 +26,7 @@ from planner.files import write_json
 from planner.flight.plan import Plan
 from planner.futures.store import Recording, read_recording
 from planner.interrupts import first_interrupt_asks
-from planner.mission import certificate_file
+from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import plan_content
 from planner.mission.recorder import budget_of, problem_of
@@ -53,7 +53,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
     """Plan a search, evaluate it on fresh targets, and write the run."""
     method, watch = method_named(arguments.method), _Watch()
     with ExitStack() as stack:
-        names = (*run_files.RUN, *certificate_file.PROOF)
+        names = (*run_folder.RUN, *certificate_file.PROOF)
         folder = output_folder(stack, arguments, names)
         opened = opened_scenario(arguments, overrides)
         targets = _targets(arguments, opened, method)
@@ -67,7 +67,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             watch.lap("files")
             record = _provenance(opened, content, targets.planning, watch)
             record["planning"] = _planning_record(found.trial)
-            write_json(folder / run_files.PROVENANCE, record)
+            write_json(folder / run_folder.PROVENANCE, record)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         summary["certificate"] = found.certificate and certificate_file.certificate_content(
@@ -136,7 +136,7 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
     run_files.write_run(folder, problem, trial.plan, content, row, title=title)
     if certificate is not None:
         summary = certificate_file.certificate_content(problem, certificate)
-        plan_file = folder / run_files.PLAN
+        plan_file = folder / run_folder.PLAN
         certificate_file.write_certificate(folder, problem, certificate, plan_file, summary)
 
 
@@ -206,7 +206,7 @@ def _provenance(
         [Path(sys.argv[0]).name, *sys.argv[1:]],
         scenario.as_dict(),
         seed=scenario.search.seed,
-        sha256=run_files.hashes(opened, content, recording),
+        sha256=run_folder.hashes(opened, content, recording),
         started=watch.started,
         took_s=watch.took_s,
     )
