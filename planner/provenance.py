@@ -6,6 +6,7 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,7 @@ def provenance(
 
 def versions() -> dict[str, str | None]:
     """Return the version of each package that can change a result; None where it is missing."""
-    return {name: _version(package) for name, package in PACKAGES.items()}
+    return {name: version_of(package) for name, package in PACKAGES.items()}
 
 
 def sha256_of_json(data: Mapping[str, Any]) -> str:
@@ -93,7 +94,9 @@ def sha256_of_file(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _version(package: str) -> str | None:
+@cache  # a batch asks for each condition, and an answer costs milliseconds
+def version_of(package: str) -> str | None:
+    """Return the version of an installed package, None where it is missing."""
     try:
         return version(package)
     except PackageNotFoundError:

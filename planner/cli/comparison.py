@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from planner.bounds.certificate import STEPS
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import (
@@ -17,7 +16,7 @@ from planner.cli.session import (
     output_file,
     planning_recorded,
 )
-from planner.cli.trials import UNCOUNTED, Targets, certificate_of, trial_of
+from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
 from planner.detection.evaluation import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
@@ -25,6 +24,7 @@ from planner.interrupts import first_interrupt_asks
 from planner.mission import certify
 from planner.mission.bounds import Bounds, bounds_of, stored_bound
 from planner.mission.opening import OpenScenario
+from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
 from planner.mission.trial import Trial
 from planner.report import run_files, sentences, tables
 from planner.search.methods import METHODS, Method
@@ -88,16 +88,13 @@ def _stored(
     There is none if an option changes the problem that the run was planned for.
     """
     folder = Path(arguments.scenario).parent
-    if (
-        Path(arguments.scenario).name != run_files.PROVENANCE
-        or not (folder / run_files.PLAN).exists()
-    ):
+    if Path(arguments.scenario).name != PROVENANCE or not (folder / PLAN).exists():
         return [], Bounds({})
-    of_run, stored = run_files.open_run(folder)
+    of_run, stored = open_run(folder)
     same = of_run.scenario.as_dict() == opened.scenario.as_dict()
-    if not same or not run_files.is_planned_on(folder, targets.planning):
+    if not same or not is_planned_on(folder, targets.planning):
         return [], Bounds({})
-    bounds = Bounds(stored_bound(folder / run_files.PLAN, stored.plan))
+    bounds = Bounds(stored_bound(folder / PLAN, stored.plan))
     planned, evaluated = (
         evaluate(stored.plan.tracks, some.futures, stored.sensor, stored.objective)
         for some in (targets.planning, targets.fresh)
@@ -120,16 +117,15 @@ def _computed(
     known: Bounds,
 ) -> Bounds:
     """Return a bound for each class of plans; a bound that is already known stays."""
-    timed = arguments.time_limit is not None
-    seconds, steps = (arguments.time_limit, UNCOUNTED) if timed else (math.inf, STEPS)
+    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
     futures, reasons = targets.planning.futures, list(known.reasons)
     with first_interrupt_asks() as asked:
-        limits = certify.Limits(0.0, steps, seconds, asked)
+        bounding = Bounding(asked, seconds=seconds)
 
         def bound(plan: Plan) -> float | None:
             problem = certify.problem_of_plan(opened, plan, futures)
             try:
-                return certificate_of(problem, plan, limits).bound
+                return certificate_of(problem, plan, bounding).bound
             except NotApplicableError as error:
                 reasons.append(f"gap: {error}")
                 return None

@@ -50,19 +50,20 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
     from planner.cli.session import new_files, recorded
     from planner.mission.fly import fly
+    from planner.mission.run_folder import FLIGHTS, open_run
     from planner.report import run_files, tables
 
     _check_route(arguments)
-    opened, stored = run_files.open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory)
     with ExitStack() as stack:
-        names = (run_files.FLIGHTS,)
+        names = (FLIGHTS,)
         folder = new_files(stack, arguments.directory, names, force=arguments.force)
         seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
         record = partial(_true_targets, arguments=arguments, seed=seed)
         recording = recorded(arguments, opened, "recording true targets", record)
         flown = fly(stored.plan, recording.futures, stored.sensor, stored.objective)
-        run_files.write_flights(folder / run_files.FLIGHTS, recording, flown)
-    written = arguments.directory / run_files.FLIGHTS
+        run_files.write_flights(folder / FLIGHTS, recording, flown)
+    written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     first: Any = tables.flights_table(flown.evaluation)
     if arguments.route is not None:

@@ -35,10 +35,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Print where the target may be at a time, the most likely roads first."""
     from planner.cli.session import opened_scenario, output_folder, planning_recorded
     from planner.futures.state_at import by_road, state_at
+    from planner.mission.run_folder import WHERE
     from planner.report import run_files, tables
 
     with ExitStack() as stack:
-        folder = output_folder(stack, arguments, run_files.WHERE)
+        folder = output_folder(stack, arguments, WHERE)
         opened = opened_scenario(arguments)
         _check_time(arguments.at, opened.scenario.search.horizon_s)
         recording = planning_recorded(arguments, opened)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
+from planner.bounds.movements import Movements
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
@@ -155,7 +156,7 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
-        least_s = np.minimum(earliest(problem), problem.horizon_s)
+        least_s = np.minimum(earliest(Movements(problem)), problem.horizon_s)
         bound_s = float(futures.weight @ least_s)
         return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))
 

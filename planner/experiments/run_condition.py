@@ -113,7 +113,7 @@ def _fresh(trial: Trial) -> dict[str, Any]:
 def reason_of(error: PlannerError) -> str:
     """Return what is wrong in one line that names no path of this machine."""
     if isinstance(error, ScenarioError):
-        return "; ".join(error.faults)
+        return "; ".join(map(str, error.faults))
     if isinstance(error, NotApplicableError):
         return f"not applicable: {error}"
     return " ".join(str(error).split())

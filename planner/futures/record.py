@@ -60,7 +60,7 @@ def record(
 
 
 def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
-    """Return batches of futures as one, with the particles' weights and ends."""
+    """Return batches of futures as one, with the particles' weights, ends and targets."""
     counts = np.concatenate([np.diff(part.first_knot) for part in parts])
     return Futures(
         time_s=np.concatenate([part.time_s for part in parts]),
@@ -70,6 +70,7 @@ def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
         first_knot=np.concatenate(([0], np.cumsum(counts))),
         weight=particles.weight,
         gone=particles.gone,
+        target=particles.target,
     )
 
 

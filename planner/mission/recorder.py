@@ -1,13 +1,15 @@
 """From an open scenario to what planners and missions need: recordings, problems, plans."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from planner.belief.prior import Prior
-from planner.belief.sampling import Sampling, predefined, sample
+from planner.belief.recipe import Drawn, OneTarget, Recipe
+from planner.belief.sampling import Sampling
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -68,17 +70,10 @@ class Recorder:
 
         The seed is that of SUMO's driver.
         """
-        prior, network = self.opened.truth_prior, self.opened.network
-        rng = stream(seed, "truth")
-        target = predefined(network, prior, route, rng, speed_mps=speed_mps, offset_m=offset_m)
-        return recorded(
-            network,
-            target,
-            horizon_s=self.opened.scenario.search.horizon_s,
-            scenario={"route": list(route)},
-            workers=self.workers,
-            progress=self.progress,
-        )
+        horizon_s = self.opened.scenario.search.horizon_s
+        prior = self.opened.truth_prior
+        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, ("truth",))
+        return self._recorded(target, {"route": list(route)})
 
     def _drawn(
         self,
@@ -89,11 +84,9 @@ class Recorder:
         sampling: Sampling = "iid",
         seed: int | None = None,
     ) -> Recording:
-        scenario, network = self.opened.scenario, self.opened.network
+        scenario = self.opened.scenario
         seed = scenario.search.seed if seed is None else seed
         horizon_s = scenario.search.horizon_s
-        rng = stream(seed, *name)
-        particles = sample(prior, network, n, rng, sampling=sampling, horizon_s=horizon_s)
         belief = scenario.target if prior is self.opened.prior else scenario.truth
         drawn_from = {
             "target": belief.model_dump(mode="json", exclude_none=True),
@@ -102,11 +95,13 @@ class Recorder:
             "seed": seed,
             "stream": list(name),
         }
+        return self._recorded(Drawn(prior, n, horizon_s, seed, tuple(name), sampling), drawn_from)
+
+    def _recorded(self, recipe: Recipe, described: Mapping[str, Any]) -> Recording:
         return recorded(
-            network,
-            particles,
-            horizon_s=horizon_s,
-            scenario=drawn_from,
+            self.opened.network,
+            recipe,
+            scenario=described,
             workers=self.workers,
             progress=self.progress,
         )

@@ -36,7 +36,7 @@ def fastest_pair(engine: WhatIf, state: SearchState) -> SearchState | None:
     """Return the state after the first leg of the fastest pair, or nearer to what is unseen."""
     problem = engine.problem
     flights = engine.fly(state, legs_ahead(problem, state))
-    gained = earned(problem, flights)
+    gained = earned(problem, state, flights)
     if not gained.any():
         return toward_next(engine, state)
     rates = rate_of(gained, flights.end_s - state.time_s)
@@ -53,5 +53,5 @@ def _fastest_on(engine: WhatIf, state: SearchState, gained: float, since_s: floa
     """Return the most that can be earned per second with one leg more, from a time on."""
     problem = engine.problem
     flights = engine.fly(state, legs_ahead(problem, state))
-    rates = rate_of(gained + earned(problem, flights), flights.end_s - since_s)
+    rates = rate_of(gained + earned(problem, state, flights), flights.end_s - since_s)
     return float(rates.max(initial=0.0))

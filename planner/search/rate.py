@@ -41,7 +41,7 @@ def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:
     problem = engine.problem
     legs = legs_ahead(problem, state)
     flights = engine.fly(state, legs)
-    gained = earned(problem, flights)
+    gained = earned(problem, state, flights)
     if not gained.any():
         return toward_next(engine, state)
     rates = rate_of(gained, flights.end_s - state.time_s)

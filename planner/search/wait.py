@@ -48,8 +48,7 @@ def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
     If the UAV can reach none of these places by then, all of them count.
     """
     futures, uav = problem.futures, problem.uav_at_start
-    until_s = np.minimum(futures.end_s, time_s)
-    places = np.array([futures.xy(k, until_s[k]) for k in range(len(futures))]).reshape(-1, 2)
+    places = futures.positions(np.minimum(futures.end_s, time_s))
     there = np.isfinite(places[:, 0])
     if not there.any():
         raise NotApplicableError(f"no particle sets out by {time_s:g} s, so nothing to wait for")

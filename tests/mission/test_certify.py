@@ -16,6 +16,7 @@ import pytest
 
 from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
+from planner.bounds.movements import Movements
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
@@ -120,7 +121,7 @@ def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
     """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
     problem = random_problem(seed)
     uav, radius_m = problem.uav, problem.sensor.radius_m
-    met_s = earliest(problem)
+    met_s = earliest(Movements(problem))
     assert np.all(met_s >= uav.take_off_s)
     for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
         x, y = problem.futures.xy(k, met_s[k])

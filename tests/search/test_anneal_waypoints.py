@@ -15,8 +15,8 @@ from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.search.anneal_waypoints import (
     MOVE,
+    AnnealedFlight,
     Annealing,
-    Known,
     anneal_waypoints,
     times_left,
     waypoints_of,
@@ -64,7 +64,7 @@ def test_after_any_moves_the_known_flight_is_what_detection_says(seed: int) -> N
     """Hot, so that nearly every move is taken; the finished way is flown by other code."""
     problem = some_problem(seed)
     rng = np.random.default_rng(seed)
-    known = Known.of(problem, wandering(problem, rng))
+    known = AnnealedFlight.of(problem, wandering(problem, rng))
     for _ in range(4):
         known.anneal(rng.random((15, 9)), np.full(15, 1e6))
         plan = plan_of_waypoints(problem, "", known.waypoints)
