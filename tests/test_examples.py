@@ -3,6 +3,7 @@
 import csv
 import re
 import runpy
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner.cli import parser_for
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import SECTIONS
 from planner.search.methods import Method
@@ -71,7 +73,7 @@ def test_the_planner_in_docs_plans() -> None:
     (code,) = [block for block in blocks("docs/python.md") if "def best_of_random" in block]
     planner = run_block(code)["best_of_random"]
     problem = contract.instance("paper_figure3")
-    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1))
+    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1)).plan
     assert contract.cost_s(problem, plan) < contract.random_s("paper_figure3", 3)
 
 
@@ -129,6 +131,15 @@ def test_links_lead_somewhere(page: str) -> None:
         assert target.exists(), link
         if heading:
             assert heading in map(anchor, re.findall(r"^#+ (.*)$", target.read_text(), re.M)), link
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
+def test_commands_in_the_text_can_be_typed(page: str) -> None:
+    lines = "\n".join(blocks(page, "(?:sh|console)")).splitlines()
+    for line in lines:
+        program, *words = shlex.split(line.removeprefix("$ "), comments=True) or [""]
+        if program == "planner":
+            assert callable(parser_for(words).parse_args(words).run), line
 
 
 def anchor(heading: str) -> str:

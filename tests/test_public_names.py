@@ -24,6 +24,7 @@ FOR_PLANNERS = {
     "Objective",
     "Plan",
     "Problem",
+    "SearchResult",
     "SearchState",
     "WhatIf",
     "candidate_legs",

@@ -25,7 +25,6 @@ from benchmarks.figures import Figure, machine, show
 from planner import (
     OpenScenario,
     Particles,
-    Plan,
     Problem,
     Recorder,
     first_detection,
@@ -41,6 +40,7 @@ from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.network.sumo import binary, sumo_environment
 from planner.search.exact import best_order, enumerate_orders
+from planner.search.result import SearchResult
 
 T = TypeVar("T")
 
@@ -96,7 +96,7 @@ def detection(repeats: int) -> Iterator[Figure]:
     sys.path.insert(0, str(ROOT / "tests"))
     by_ticks: Any = import_module("support.reference").by_ticks
     problem, plan = _planning("greedy", GRID)
-    targets, track, radius_m = problem.futures, plan().tracks[0], problem.sensor.radius_m
+    targets, track, radius_m = problem.futures, *plan().plan.tracks, problem.sensor.radius_m
     first_detection(targets, track, radius_m)
     fast, slow = [], []
     for _ in range(repeats):
@@ -172,7 +172,9 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 PROGRAMS = ("search", "certificate")  # further ones, in benchmarks/: --search --help
 
 
-def _planning(method: str, scenario: str, *overrides: str) -> tuple[Problem, Callable[[], Plan]]:
+def _planning(
+    method: str, scenario: str, *overrides: str
+) -> tuple[Problem, Callable[[], SearchResult]]:
     """Return a problem with its recorded futures, and what plans on it with a method."""
     opened = open_scenario(scenario, overrides=overrides)
     recorder = Recorder(opened)

@@ -20,12 +20,13 @@ import numpy as np
 
 from planner import Evaluation, Futures, OpenScenario, Recorder, evaluate, make_plan, method_named
 from planner import open_scenario as open_any
+from planner.cli.printing import console
+from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
 from planner.mission.recorder import problem_of
-from planner.report.progress import Told, progress
-from planner.report.tables import console
+from planner.progress import Progress
 
 EPILOG = """\
 A row agrees if the two means differ by no more than their 95 % interval. The interval has three
@@ -149,7 +150,7 @@ def opened_at(u0_km: int, seed: int, overrides: Iterable[str] = ()) -> OpenScena
     return open_any("grid5x5", overrides=given)
 
 
-def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], Futures]:
+def recordings(wanted: argparse.Namespace, progress: Progress) -> tuple[list[Futures], Futures]:
     """Return the particles of each planning seed, and the fresh targets common to all.
 
     Seed 0 is nobody's but the targets'.
@@ -158,7 +159,7 @@ def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], F
 
     def recorder(seed: int, before: int) -> Recorder:
         opened = opened_at(0, seed, [f"search.particles={wanted.particles}"])
-        return Recorder(opened, wanted.jobs, lambda done, _: told(before + done, total))
+        return Recorder(opened, wanted.jobs, lambda done, *_: progress(before + done, total))
 
     fresh = recorder(0, 0).evaluation(wanted.targets).futures
     planning = [
@@ -177,20 +178,20 @@ def measured(row: Row, u0_km: int, planning: Sequence[Futures], fresh: Futures) 
 
 
 def _evaluated(row: Row, opened: OpenScenario, fresh: Futures, futures: Futures) -> Evaluation:
-    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures)
+    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures).plan
     problem = problem_of(opened, futures)
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 
 
 def cells(wanted: argparse.Namespace) -> Iterator[Cell]:
     """Record, plan and evaluate; yield the table's rows."""
-    with progress("recording in SUMO") as told:
-        planning, fresh = recordings(wanted, told)
+    with progress_bar("recording in SUMO") as progress:
+        planning, fresh = recordings(wanted, progress)
     rows = [row for row in ROWS if not wanted.only or row.name in wanted.only]
     pairs = [(row, u0_km) for row in rows for u0_km in U0_KM if u0_km in wanted.u0_km]
-    with progress("planning and evaluating") as told:
+    with progress_bar("planning and evaluating") as progress:
         for done, (row, u0_km) in enumerate(pairs):
-            told(done, len(pairs))
+            progress(done, len(pairs))
             yield measured(row, u0_km, planning, fresh)
 
 

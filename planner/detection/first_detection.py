@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Offsets
+from planner.arrays import Floats
+from planner.detection.kernels.closest_approach import FuturesColumns, PathColumns, seen_by_flight
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 
@@ -19,14 +20,14 @@ def first_detection(futures: Futures, track: Track, radius_m: float) -> Floats:
     radius_m
         Detection radius, the paper's epsilon.
     """
-    from planner.detection.kernels.closest_approach import seen_by_flight
-
     if len(track.time_s) == 0:
         return np.full(len(futures), np.inf)
-    flight = (track.time_s, track.x_m, track.y_m)
+    flight = PathColumns(track.time_s, track.x_m, track.y_m)
     return seen_by_flight(flight, track.sensor_on, columns(futures), float(radius_m))
 
 
-def columns(futures: Futures) -> tuple[Floats, Floats, Floats, Offsets, Flags]:
-    """Return futures as the compiled code takes them: time_s, x_m, y_m, first_knot, gone."""
-    return futures.time_s, futures.x_m, futures.y_m, futures.first_knot, futures.gone
+def columns(futures: Futures) -> FuturesColumns:
+    """Return where particles are, as the compiled code takes it."""
+    return FuturesColumns(
+        futures.time_s, futures.x_m, futures.y_m, futures.first_knot, futures.gone
+    )

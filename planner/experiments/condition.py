@@ -4,7 +4,7 @@ import datetime
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -49,9 +49,10 @@ class Condition:
         """All overrides, the seed's among them."""
         return (*self.overrides, f"search.seed={self.seed}")
 
-    def opened(self) -> OpenScenario:
-        """Return the scenario of the condition, open."""
-        return open_scenario(self.place, preset=self.preset, overrides=self.settings)
+    def opened(self, more: Sequence[str] = ()) -> OpenScenario:
+        """Return the scenario of the condition, open, with more overrides applied after its own."""
+        overrides = (*self.settings, *more)
+        return open_scenario(self.place, preset=self.preset, overrides=overrides)
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""

@@ -289,8 +289,7 @@ def _refuse_unknown_keys(experiment: Experiment) -> None:
         given = (*first.settings, *overrides)
         draft = read_draft(first.place, preset=first.preset, overrides=given)
         for fault in draft.faults:
-            key, _, what = fault.partition(": ")
-            if "is not a known" in what or "is not a dotted key" in what or overrides:
-                raise InputError(f"{experiment.path}: {within}.{key}: {what}")
-            if key.startswith("presets."):
+            if fault.unknown or overrides:
+                raise InputError(f"{experiment.path}: {within}.{fault}")
+            if fault.is_about("presets."):
                 raise InputError(f"{experiment.path}: preset: {fault}")

@@ -18,12 +18,12 @@ from planner.experiments.target_sets import targets_of
 from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, needs_holdout
+from planner.progress import Progress
 from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
 Backend = Callable[[RunCondition, Sequence[Condition], int], Iterator[Done]]
-Told = Callable[[int, int, str], None]  # done, in all, what is being done
 Key = tuple[str, Path]  # a condition's id, and the scenario file that it is of
 
 
@@ -40,7 +40,7 @@ def run(
     experiments: Mapping[Path, Sequence[Condition]],
     *,
     workers: int | None = None,
-    told: Told | None = None,
+    progress: Progress | None = None,
     run_one: RunCondition = run_condition,
     backend: Backend = in_processes,
 ) -> dict[Path, Results]:
@@ -56,8 +56,8 @@ def run(
         Conditions by the folder of the results, and of what is kept of each as it is done.
     workers
         Processes; one per core if not given.
-    told
-        Hears how far the work has come.
+    progress
+        Called with the conditions finished so far and their number.
     run_one
         What runs a condition; it can be pickled.
     backend
@@ -80,14 +80,14 @@ def run(
     waiting: dict[Key, Condition] = {}
     for turn in zip_longest(*(one.waiting.items() for one in begun.values())):
         waiting |= [item for item in turn if item]
-    _record_shared([*waiting.values()], workers, told)
+    _record_shared([*waiting.values()], workers, progress)
     results = {out: one.written() for out, one in begun.items() if not one.waiting}
     for done, (condition, outcome) in enumerate(backend(run_one, [*waiting.values()], workers), 1):
         for out, one in begun.items():
             if one.takes(condition, outcome) and not one.waiting:
                 results[out] = one.written()
-        if told:
-            told(done, len(waiting), "")
+        if progress:
+            progress(done, len(waiting))
     return {out: results[out] for out in experiments}
 
 
@@ -124,7 +124,7 @@ class _RunningExperiment:
         return Results(tuple(rows), self.run, self.figures)
 
 
-def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None) -> None:
+def _record_shared(waiting: Sequence[Condition], workers: int, progress: Progress | None) -> None:
     """Record what conditions share before any of them is run; the cache keeps it.
 
     What cannot be recorded is left to the conditions themselves, which tell why.
@@ -140,8 +140,8 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
             if key in recorded:
                 continue
             recorded.add(key)
-            if told:
-                told(0, len(waiting), f"recording {len(recorded)}")
+            if progress:
+                progress(0, len(waiting), f"recording {len(recorded)}")
             _record(Recorder(opened, workers), condition, judged=judged)
 
 

@@ -88,7 +88,7 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
         **(_fresh(trial) if condition.targets else {}),
         "planned_s": trial.planned.expected_detection_time_s,
         "roads": trial.roads,
-        "work": trial.work,
+        "work": trial.result.work,
     }
     if condition.sets:
         problem = problem_of(opened, futures, method=method)
@@ -113,7 +113,7 @@ def _fresh(trial: Trial) -> dict[str, Any]:
 def reason_of(error: PlannerError) -> str:
     """Return what is wrong in one line that names no path of this machine."""
     if isinstance(error, ScenarioError):
-        return "; ".join(error.faults)
+        return "; ".join(map(str, error.faults))
     if isinstance(error, NotApplicableError):
         return f"not applicable: {error}"
     return " ".join(str(error).split())

@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.particles import Particles
-from planner.belief.sampling import sample
+from planner.belief.recipe import Drawn
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.looks import looked
@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import recorded
 from planner.futures.truncate import parked
-from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.opening import OpenScenario
 from planner.search.problem import Problem
 from planner.streams import stream
 
@@ -45,7 +45,10 @@ def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1)
     InputError
         If the set has a route that no target takes.
     """
-    opened = opened_with(target_set, condition)
+    return _targets(target_set, condition.opened(target_set.truth), workers)
+
+
+def _targets(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
     truth = opened.scenario.truth.model_dump(mode="json")
     made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
     key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
@@ -64,10 +67,11 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
     PlannerError
         If the scenario is at fault.
     """
-    return _enumerated(target_set, opened_with(target_set, condition))
+    opened = condition.opened(target_set.truth)
+    return _recipe(target_set, opened).particles(opened.network)
 
 
-def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
+def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
     prior = opened.truth_prior
     prior = replace(
         prior,
@@ -75,38 +79,33 @@ def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
         distance_m=prior.distance_m and _at_points(prior.distance_m, target_set.points),
     )
     horizon_s = opened.scenario.search.horizon_s
-    rng = stream(0, "target set")  # of the seeds of SUMO's driver alone
-    return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+    # The stream gives the seeds of SUMO's driver alone.
+    return Drawn(prior, 0, horizon_s, 0, ("target set",), "all")
 
 
 def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
-    particles = _enumerated(target_set, opened)
-    horizon_s = opened.scenario.search.horizon_s
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
-    recording = recorded(
-        opened.network, particles, horizon_s=horizon_s, scenario=described, workers=workers
-    )
+    recipe = _recipe(target_set, opened)
+    recording = recorded(opened.network, recipe, scenario=described, workers=workers)
     futures = recording.futures
     if target_set.parks:
         futures = parked(futures, stream(0, "parks"))
     return RecordedTargets(futures, recording.route)
 
 
-def opened_with(target_set: TargetSet, condition: Condition) -> OpenScenario:
-    """Return a condition's scenario with the truth of a set."""
-    overrides = (*condition.settings, *target_set.truth)
-    return open_scenario(condition.place, preset=condition.preset, overrides=overrides)
-
-
 def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, dict[str, Any]]:
     """Return what a plan achieves on a condition's sets of targets, by the name of the set."""
-    return {one.name: _figures(one, condition, problem, plan) for one in condition.sets}
+    # Many sets differ in their routes alone: the scenario is opened once for each truth.
+    opened = {truth: condition.opened(truth) for truth in {one.truth for one in condition.sets}}
+    return {
+        one.name: _figures(one, _targets(one, opened[one.truth], 1), problem, plan)
+        for one in condition.sets
+    }
 
 
 def _figures(
-    target_set: TargetSet, condition: Condition, problem: Problem, plan: Plan
+    target_set: TargetSet, met: RecordedTargets, problem: Problem, plan: Plan
 ) -> dict[str, Any]:
-    met = targets_of(target_set, condition)
     seen = looked(met.futures, plan.tracks, problem.sensor, target_set.detects)
     weight, horizon_s = met.futures.weight, problem.horizon_s
     time_s = seen.time_s(horizon_s)

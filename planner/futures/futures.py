@@ -1,13 +1,46 @@
 """Futures: the recorded motion of all particles, as knots of piecewise straight motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets, freeze
 
 NO_EDGE = -1
+
+
+class Pieces(NamedTuple):
+    """Straight motion, evenly in time, in K pieces: from each point of a path to the next.
+
+    A path's last point is an instant. So is every point with another one at the same time.
+    """
+
+    from_s: Floats  # (K,) seconds
+    x_m: Floats  # (K,) metres, at the piece's first second
+    y_m: Floats  # (K,) metres
+    vx_mps: Floats  # (K,) m/s
+    vy_mps: Floats  # (K,) m/s
+    to_s: Floats  # (K,) seconds, the piece's last one
+
+    @classmethod
+    def between(cls, time_s: Floats, x_m: Floats, y_m: Floats, first_point: Offsets) -> "Pieces":
+        """Return the pieces of paths, whose points are columns, (K,), of seconds and metres.
+
+        Parameters
+        ----------
+        first_point
+            Where each path's points start, and their number, (paths + 1,).
+        """
+        goes_on = np.ones(len(time_s), dtype=bool)
+        goes_on[first_point[1:][np.diff(first_point) > 0] - 1] = False
+        to_s = np.where(goes_on, np.roll(time_s, -1), time_s)
+        lasts_s = to_s - time_s
+        moves = lasts_s > 0.0
+        steps = [np.where(moves, np.roll(column, -1) - column, 0.0) for column in (x_m, y_m)]
+        vx_mps, vy_mps = (step / np.where(moves, lasts_s, 1.0) for step in steps)
+        return cls(time_s, x_m, y_m, vx_mps, vy_mps, to_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +58,12 @@ class Futures:
     first_knot: Offsets  # (N + 1,) where a particle's knots start
     weight: Floats  # (N,) probability; sums to the probability that the target is there at all
     gone: Flags  # (N,) True: vanishes after the last knot, False: rests there
+    # (N,) which target the particle may be, 0 for the first; left out: there is one target
+    target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
+        if len(self.target) == 0:
+            object.__setattr__(self, "target", np.zeros(len(self.weight)))
         freeze(
             self,
             time_s=np.float64,
@@ -36,7 +73,9 @@ class Futures:
             first_knot=np.int64,
             weight=np.float64,
             gone=np.bool_,
+            target=np.int32,
         )
+        assert len(self.weight) == len(self.gone) == len(self.target)
         assert len(self.time_s) == len(self.x_m) == len(self.y_m) == len(self.edge)
         assert self.first_knot[0] == 0
         assert self.first_knot[-1] == len(self.time_s)
@@ -52,6 +91,25 @@ class Futures:
         ends[some] = self.time_s[self.first_knot[1:][some] - 1]
         return ends
 
+    @cached_property
+    def particle(self) -> Offsets:
+        """Whose each knot is, (K,)."""
+        return np.repeat(np.arange(len(self)), np.diff(self.first_knot))
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """How particles move from each knot on, (K,); at rest after the last one they stay.
+
+        Made once, and read-only.
+        """
+        pieces = Pieces.between(self.time_s, self.x_m, self.y_m, self.first_knot)
+        rests = (np.diff(self.first_knot) > 0) & ~self.gone
+        to_s = pieces.to_s.copy()
+        to_s[self.first_knot[1:][rests] - 1] = np.inf
+        for column in (pieces.vx_mps, pieces.vy_mps, to_s):
+            column.flags.writeable = False
+        return pieces._replace(to_s=to_s)
+
     def take(self, particles: Offsets | Flags) -> "Futures":
         """Return the futures of some particles only, in the order given, weights as they are."""
         index = np.arange(len(self))[particles]
@@ -66,7 +124,27 @@ class Futures:
             first_knot=first,
             weight=self.weight[index],
             gone=self.gone[index],
+            target=self.target[index],
         )
+
+    def positions(self, time_s: Floats | float) -> Floats:
+        """Return where all particles are, (N, 2) metres, NaN where they are not.
+
+        Parameters
+        ----------
+        time_s
+            Seconds on the target's clock: one time for all, or each particle's own, (N,).
+        """
+        at_s = np.broadcast_to(np.asarray(time_s, dtype=np.float64), len(self))
+        passed = np.bincount(self.particle[self.time_s <= at_s[self.particle]], minlength=len(self))
+        there = np.flatnonzero((passed > 0) & ~(self.gone & (at_s > self.end_s)))
+        knot = (self.first_knot[:-1] + passed - 1)[there]
+        xy_m = np.full((len(self), 2), np.nan)
+        since_s = np.minimum(at_s, self.end_s)[there] - self.time_s[knot]
+        # The arithmetic of `np.interp`, so that this and `xy` agree to the last bit.
+        xy_m[there, 0] = self.pieces.vx_mps[knot] * since_s + self.x_m[knot]
+        xy_m[there, 1] = self.pieces.vy_mps[knot] * since_s + self.y_m[knot]
+        return xy_m
 
     def xy(self, particle: int, time_s: Floats | float) -> Floats:
         """Return where one particle is at given times, (..., 2) metres, NaN where it is not."""

@@ -1,6 +1,6 @@
 """The road network as columns: nodes, roads with their polylines, and the edges targets drive."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -33,8 +33,13 @@ class RoadNetwork:
     turn_edge: Ints  # (T,) the edge that a turn leads to
     path: Path  # the .net.xml that SUMO loads
     sha256: str  # of that file
+    # (R,) metres from the drawn line to where a target may be beside it; left out: none
+    half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
+    projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
 
     def __post_init__(self) -> None:
+        if len(self.half_width_m) == 0:
+            object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -48,7 +53,9 @@ class RoadNetwork:
             edge_lanes=np.int32,
             first_turn=np.int64,
             turn_edge=np.int32,
+            half_width_m=np.float64,
         )
+        assert len(self.half_width_m) == len(self.road_ids)
         assert len(self.first_point) == len(self.road_ids) + 1
         assert len(self.first_turn) == len(self.edge_ids) + 1
 

@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.experiments.run import Results
 from planner.paper.claims import Claim, markdown_table
 from planner.paper.claims_shared import EXHAUSTIVE, GREEDY, PAPERS_M, PRESET, verdict_on
-from planner.paper.figures import ALL, ALL_20
-from planner.report.estimates import U0, Estimate, Row, chosen, difference, levels
-from planner.report.units import km
+from planner.paper.figures import ALL, ALL_20, U0
+from planner.report.estimates import Estimate, chosen, difference, levels
+from planner.report.formats import km
 
 BELIEVED = "all paths, from the belief"
 

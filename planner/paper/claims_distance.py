@@ -6,6 +6,7 @@ from itertools import pairwise, takewhile
 from statistics import median
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.paper.claims import Claim, Found, Verdict, markdown_table
 from planner.paper.claims_crossing import better_beyond
 from planner.paper.claims_shared import (
@@ -18,19 +19,17 @@ from planner.paper.claims_shared import (
     verdict_on,
     well_under,
 )
-from planner.paper.figures import ALL, ALL_20, PATHS
+from planner.paper.figures import ALL, ALL_20, PATHS, U0
 from planner.report.estimates import (
     BEFORE_GOAL,
     EXPECTED,
     FOUND,
-    U0,
-    Row,
     chosen,
     difference,
     estimate,
     levels,
 )
-from planner.report.units import km
+from planner.report.formats import km
 
 NEAR_M = 200e3
 FAR_BETTER = 0.1  # share by which the usual plan has to be longer

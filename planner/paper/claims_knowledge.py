@@ -3,20 +3,19 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.paper.claims import Claim, Found, markdown_table
-from planner.paper.figures import ALL
+from planner.paper.figures import ALL, U0
 from planner.report.estimates import (
     BEFORE_GOAL,
     EXPECTED,
     FOUND,
-    U0,
-    Row,
     chosen,
     difference,
     estimate,
     levels,
 )
-from planner.report.units import km
+from planner.report.formats import km
 
 REFERENCE = "as in the preset"
 BASE, KNOWN = "all that is known", "as believed"

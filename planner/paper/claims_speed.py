@@ -4,20 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.paper.claims import Claim, Found, Verdict, markdown_table
 from planner.paper.claims_shared import EXHAUSTIVE, GREEDY, UNDER_READING, well_under
-from planner.paper.figures import ALL, HORIZON_S, PATHS, SPEEDS
-from planner.report.estimates import (
-    FOUND,
-    U0,
-    Estimate,
-    Row,
-    chosen,
-    difference,
-    estimate,
-    levels,
-)
-from planner.report.units import km
+from planner.paper.figures import ALL, HORIZON_S, PATHS, SPEEDS, U0
+from planner.report.estimates import FOUND, Estimate, chosen, difference, estimate, levels
+from planner.report.formats import km
 
 READING = (
     "preset `paper`, targets at 15, 20 and 25 m/s, over all paths and on EESSSEESSE; paired by seed"

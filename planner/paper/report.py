@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.experiments.run import Results
 from planner.files import written_whole
 from planner.paper import (
@@ -15,7 +16,8 @@ from planner.paper import (
     figures,
 )
 from planner.paper.claims import Claim, judged, page
-from planner.report.estimates import FOUND, U0, Row, estimate
+from planner.paper.figures import U0
+from planner.report.estimates import FOUND, estimate
 
 PAGE, CURVES = "claims.md", "curves.csv"
 CURVE = ("targets", "block", "method", U0)

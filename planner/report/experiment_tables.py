@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 from planner.detection.evaluation import Evaluation
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
+from planner.experiments.results import Row
 from planner.intervals import student_interval
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-Row = Mapping[str, Any]
 
 INSTANCES_HEAD = """\
 # The frozen instances, and what each method reaches

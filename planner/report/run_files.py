@@ -1,32 +1,33 @@
 """The files of a run, each written whole."""
 
-import json
+import csv
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.errors import InputError
+from planner.clock import clock
 from planner.export.sumo_gui import write_overlay
 from planner.files import written_whole
 from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
-from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
+from planner.mission.opening import OpenScenario
+from planner.mission.plan_file import figures, write_plan
+from planner.mission.run_folder import (
+    EVALUATION,
+    OVERLAY,
+    PICTURE,
+    PLAN,
+    WHERE_PICTURE,
+    WHERE_TABLE,
+)
 from planner.parquet import write_table
-from planner.provenance import sha256_of_file, sha256_of_json
 from planner.report.picture import plan_picture, where_picture
 from planner.report.tables import MethodRow
-from planner.report.units import clock
 from planner.search.problem import Problem
-
-PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
-PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
-RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
-WHERE = ("where.csv", "where.png")
 
 
 def write_run(
@@ -49,58 +50,6 @@ def write_run(
         f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
     }
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
-
-
-def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
-    """Return the scenario of a run as it was planned for, and the plan.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no run, its files are broken, or its network is another one now.
-    """
-    record = folder / PROVENANCE
-    if not record.is_file():
-        raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
-    opened = open_scenario(record)
-    sha256 = json.loads(record.read_text(encoding="utf-8")).get("sha256")
-    if not isinstance(sha256, dict) or sha256.get("net") != opened.network.sha256:
-        raise InputError(
-            f"{record}: the plan was made on another network than there is now; plan again"
-        )
-    return opened, read_plan(folder / PLAN, opened.network)
-
-
-def same_futures(folder: Path, recording: Recording) -> None:
-    """Do nothing if a run was planned on the futures given.
-
-    Raises
-    ------
-    InputError
-        If it was planned on others.
-    """
-    if not is_planned_on(folder, recording):
-        raise InputError(
-            f"{folder / PROVENANCE}: the plan was made on other futures than the scenario gives "
-            "now (given with --futures, or by another version); plan again without --futures"
-        )
-
-
-def is_planned_on(folder: Path, recording: Recording) -> bool:
-    """Tell whether a run was planned on the futures given."""
-    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
-    return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
-
-
-def hashes(
-    opened: OpenScenario, content: Mapping[str, Any], recording: Recording
-) -> dict[str, str]:
-    """Return the SHA-256 of what went into a plan and of the plan."""
-    return {
-        "net": opened.network.sha256,
-        "futures": sha256_of_file(recording.path),
-        "plan": sha256_of_json(content),
-    }
 
 
 def _write_evaluation(path: Path, row: MethodRow) -> None:
@@ -184,8 +133,8 @@ def write_where(
             quantiles = zip(QUANTILES, getattr(road, name), strict=True)
             row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
         rows.append(row)
-    _write_csv(folder / WHERE[0], rows)
-    where_picture(folder / WHERE[1], opened.network, state, title=opened.scenario.title)
+    _write_csv(folder / WHERE_TABLE, rows)
+    where_picture(folder / WHERE_PICTURE, opened.network, state, title=opened.scenario.title)
 
 
 def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:
@@ -214,7 +163,18 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
 
 
 def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    import pandas
+    """Write rows as CSV; a cell is empty where a row has nothing, or NaN."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    columns = [_cells([row.get(name) for row in rows]) for name in names]
+    with written_whole(path) as new, new.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(names)
+        table.writerows(zip(*columns, strict=True))
 
-    with written_whole(path) as new:
-        pandas.DataFrame(rows).to_csv(new, index=False, lineterminator="\n")
+
+def _cells(values: Sequence[Any]) -> Sequence[Any]:
+    """Return a column of one type: whole numbers are floats where some are missing."""
+    known = [value is not None and value == value for value in values]  # NaN is not itself
+    if not all(known) and all(isinstance(value, int | float | None) for value in values):
+        return [float(value) if there else "" for value, there in zip(values, known, strict=True)]
+    return [value if there else "" for value, there in zip(values, known, strict=True)]

@@ -1,24 +1,19 @@
 """Tables for a terminal; plain text where there is none."""
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING
 
 from planner.bounds.certificate import gap_of
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
-from planner.report.doctor import Finding
-from planner.report.units import clock
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
-
-PLAIN_WIDTH = 120  # characters, where no terminal tells its own
 
 
 @dataclass(frozen=True)
@@ -44,27 +39,6 @@ class MethodRow:
 def row_of(trial: Trial) -> MethodRow:
     """Return the row of a method that could be used."""
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
-
-
-def console(file: TextIO | None = None) -> "Console":
-    """Return where tables are printed: coloured on a terminal unless NO_COLOR is set.
-
-    Parameters
-    ----------
-    file
-        Standard output if left out.
-    """
-    from rich.console import Console
-
-    as_they_are: dict[str, Any] = {
-        "highlight": False,
-        "markup": False,
-        "emoji": False,
-    }  # names may hold [brackets]
-    found = Console(file=file, **as_they_are)
-    if found.is_terminal or "COLUMNS" in os.environ:
-        return found
-    return Console(file=file, width=PLAIN_WIDTH, **as_they_are)
 
 
 def plan_table(row: MethodRow) -> "Table":
@@ -190,18 +164,6 @@ def flights_table(evaluation: Evaluation) -> "Table":
         ("found before its goal", evaluation.found_before_goal_probability, before),
     ):
         table.add_row(name, _share(share), _shares(interval))
-    return table
-
-
-def doctor_table(findings: Iterable[Finding]) -> "Table":
-    """Return what was examined, faults marked and with their remedy."""
-    table = _table("")
-    for name in ("", "", "found", "remedy"):
-        table.add_column(name, overflow="fold")
-    for finding in findings:
-        mark = "ok" if finding.fine else "FAULT"
-        style = None if finding.fine else "bold red"
-        table.add_row(mark, finding.what, finding.told, finding.remedy, style=style)
     return table
 
 

@@ -4,6 +4,7 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from planner.errors import Fault
 from planner.messages import shown, suggestion
 
 # What the checks of a single value report, by the name of the check.
@@ -27,8 +28,8 @@ SHOULD = {
 }
 
 
-def fault_lines(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield one line for each thing that is wrong with a section.
+def faults_of(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> Iterator[Fault]:
+    """Yield each thing that is wrong with a section.
 
     Parameters
     ----------
@@ -40,7 +41,8 @@ def fault_lines(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> I
         What the check of the section reports.
     """
     for error in errors:
-        yield f"{dotted(key, error['loc'])}: {_what(error, model)}"
+        unknown = error["type"] == "extra_forbidden"
+        yield Fault(dotted(key, error["loc"]), _what(error, model), unknown)
 
 
 def dotted(key: str, place: Sequence[str | int]) -> str:

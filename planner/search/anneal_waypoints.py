@@ -7,19 +7,46 @@ falls as the search cools.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import columns, first_detection
+from planner.detection.evaluation import evaluate
+from planner.detection.first_detection import columns
+from planner.detection.kernels.closest_approach import Window
 from planner.flight.plan import ROUNDING_S, Plan
+from planner.progress import silent
 from planner.search.beam import beam, holdout_value
+from planner.search.kernels.anneal import (
+    BEST_MANY,
+    TAKEN,
+    UNSEEN,
+    Flights,
+    Memory,
+    Rules,
+    Scale,
+    Standing,
+    anneal,
+)
+from planner.search.kernels.cells import grid_of
+from planner.search.kernels.motion import fastest
+from planner.search.kernels.waypoints import (
+    LEFT,
+    SEEN,
+    Bar,
+    Change,
+    FlightLimits,
+    Surroundings,
+    Unseen,
+    WaypointFlight,
+    sweep,
+)
+from planner.search.kernels.what_if import FirstSightings
 from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
-from planner.search.state import SearchState
-from planner.search.what_if import WhatIf
+from planner.search.result import SearchLog, SearchResult
+from planner.search.what_if import WhatIf, goal_of
 
 DRAWS = 9  # uniform numbers per move
 ROUND = 200  # moves between two looks at the clock
@@ -44,18 +71,17 @@ def anneal_waypoints(
     rng: np.random.Generator,
     annealing: Annealing | None = None,
     start: Floats | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the best plan of waypoints found by annealing.
 
-    Its last part, which hunts for the last few of its own particles, may give way to a patrol
+    Its last part, which hunts for the last few of its own particles, may be replaced by a patrol
     along roads, whichever does better on the holdout particles. On them, or on the problem's own
     if there are none, the plan is never worse than its start.
 
     Parameters
     ----------
     budget
-        ``stop`` is asked between rounds of moves; ``told`` hears the value
-        after each.
+        ``stop`` is asked between rounds of moves, ``on_progress`` called after each.
     start
         Waypoints, (W, 3): x and y in metres, and how long to hover there in seconds. By default
         those of the road plan of a beam search.
@@ -66,74 +92,72 @@ def anneal_waypoints(
         If the sensor only looks along roads.
     """
     needs_open_country(problem, "anneal-waypoints")
-    rules = annealing or Annealing()
+    rules, log = annealing or Annealing(), SearchLog(problem, budget)
     start = road_waypoints(problem, budget) if start is None else start
-    known = Known.of(problem, start)
+    known = AnnealedFlight.of(problem, start)
     lacks, many = known.lacks, rules.moves or max(1, budget.work // MOVE)
     for done in range(0, many, ROUND):
-        if budget.stop():
+        if log.stop():
             break
         moves = np.arange(done, min(done + ROUND, many))
         heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
-        if budget.told:
-            budget.told(problem.objective.value(known.best_reward), MOVE * (done + len(moves)))
+        log.reached(known.best_reward, MOVE * (done + len(moves)))
     flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
     plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
-    return max(plans, key=lambda plan: holdout_value(problem, plan))
+    return log.result(max(plans, key=lambda plan: holdout_value(problem, plan)))
 
 
-class Known:
-    """A flight over waypoints, whom it sees, and the best way met so far while it is annealed."""
+class AnnealedFlight:
+    """A flight over waypoints, what it sees, and the best way found so far while it is annealed."""
 
     def __init__(self, problem: Problem, room: int) -> None:
-        from planner.search.kernels.anneal import UNSEEN
-
         particles = len(problem.futures)
-        self._world = _world(problem)
+        self._around = _surroundings(problem)
         self._scale = _scale(problem)
-        self._most = float(problem.futures.weight.sum()) * problem.objective.most
-        self._now, self._trial = (
-            (np.zeros((3, room)), np.zeros((4, room)), (np.zeros(particles, np.int32), found_at))
-            for found_at in np.zeros((2, particles))
+        self._most = float(problem.weight_at_start.sum()) * problem.objective.most
+        self._flights = Flights(
+            _empty_flight(room, particles), _empty_flight(room, particles), np.zeros((3, room))
         )
-        self._best = np.zeros((3, room))
-        self._books = (np.full(particles, UNSEEN), np.full(particles, -1), np.zeros(3, np.int64))
-        self._many, self._margin = 1, 0.0
-        self.reward = self.best_reward = 0.0
+        self._memory = Memory(
+            np.full(particles, UNSEEN), np.full(particles, -1), np.zeros(3, np.int64)
+        )
+        self._standing = Standing(1, 0.0, 0.0)
+        self._margin = 0.0
 
     @classmethod
-    def of(cls, problem: Problem, waypoints: Floats) -> "Known":
+    def of(cls, problem: Problem, waypoints: Floats) -> "AnnealedFlight":
         """Return the flight over given waypoints, (W, 3)."""
-        from planner.search.kernels.waypoints import LEFT, SEEN, sweep
-
-        known, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav
-        way, marks, found = known._now
-        place, met, counts = known._books
-        many = known._many = len(waypoints) + 1
-        way[:2, 0], way[:, 1:many], marks[LEFT, 0] = (uav.x_m, uav.y_m), waypoints.T, uav.take_off_s
-        reward = sweep(
-            (way, many, 1),
-            (marks, found, (place, met, 0, 0)),
-            known._world,
-            (-np.inf, 0.0, marks, many),
-        )
-        seen = int(marks[SEEN, many - 1])
-        place[found[0][:seen]] = np.arange(seen)
-        known._best[:], counts[1] = way, many
-        known.reward = known.best_reward = float(reward)
-        known._margin = MARGIN * known.lacks
-        return known
+        flown, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav_at_start
+        flight, many = flown._flights.known, len(waypoints) + 1
+        rank, last_round, counts = flown._memory
+        flight.way[:2, 0], flight.way[:, 1:many] = (uav.x_m, uav.y_m), waypoints.T
+        flight.marks[LEFT, 0] = uav.take_off_s
+        everyone, no_bar = Unseen(rank, last_round, 0, 0), Bar(-np.inf, 0.0, flight.marks, many)
+        reward = float(sweep(flight, Change(many, 1), everyone, flown._around, no_bar))
+        seen = int(flight.marks[SEEN, many - 1])
+        rank[flight.found.particle[:seen]] = np.arange(seen)
+        flown._flights.best_way[:], counts[BEST_MANY] = flight.way, many
+        flown._standing = Standing(many, reward, reward)
+        flown._margin = MARGIN * flown.lacks
+        return flown
 
     def anneal(self, draws: Floats, heat: Floats) -> None:
         """Try one move per row of uniform draws, (M, DRAWS), at temperatures, (M,) reward."""
-        from planner.search.kernels.anneal import anneal
-
-        flights = (self._now, self._trial, self._best)
-        rules = (heat, self._margin, self._scale)
-        self._many, self.reward, self.best_reward = anneal(
-            (self._many, self.best_reward), flights, self._books, self._world, draws, rules
+        rules = Rules(heat, self._margin, self._scale)
+        self._standing = anneal(
+            self._standing, self._flights, self._memory, self._around, draws, rules
         )
+
+    @property
+    def reward(self) -> float:
+        """The expected reward of the flight."""
+        return float(self._standing.reward)
+
+    @property
+    def best_reward(self) -> float:
+        """The same of the best flight so far."""
+        return float(self._standing.best_reward)
 
     @property
     def lacks(self) -> float:
@@ -143,33 +167,35 @@ class Known:
     @property
     def waypoints(self) -> Floats:
         """Where the flight goes after take-off, (W, 3)."""
-        return self._now[0][:, 1 : self._many].T.copy()
+        return self._flights.known.way[:, 1 : self._standing.many].T.copy()
 
     @property
     def best(self) -> Floats:
         """The same of the best flight so far, (W, 3)."""
-        return self._best[:, 1 : self._books[2][1]].T.copy()
+        return self._flights.best_way[:, 1 : self._memory.counts[BEST_MANY]].T.copy()
 
     @property
     def taken(self) -> int:
         """How many moves have been taken."""
-        return int(self._books[2][2])
+        return int(self._memory.counts[TAKEN])
 
     @property
     def seen_at(self) -> Floats:
         """When each particle is seen, (N,) seconds, infinity: not while it counts."""
-        place, (_, found_at) = self._books[0], self._now[2]
-        return np.where(place < len(place), found_at[np.minimum(place, len(place) - 1)], np.inf)
+        rank, seen_at = self._memory.rank, self._flights.known.found.seen_at
+        return np.where(rank < len(rank), seen_at[np.minimum(rank, len(rank) - 1)], np.inf)
+
+
+def _empty_flight(room: int, particles: int) -> WaypointFlight:
+    found = FirstSightings(np.zeros(particles, np.int32), np.zeros(particles))
+    return WaypointFlight(np.zeros((3, room)), np.zeros((4, room)), found)
 
 
 def road_waypoints(problem: Problem, budget: Budget) -> Floats:
     """Return the waypoints of a beam's road plan, (W, 3): x, y, seconds of hovering."""
-    plan = beam(
-        problem,
-        budget=replace(budget, work=budget.work // 10, told=None),
-        rng=np.random.default_rng(0),
-    )
-    return waypoints_of(problem, plan)
+    tenth = replace(budget, work=budget.work // 10, on_progress=silent)
+    found = beam(problem, budget=tenth, rng=np.random.default_rng(0))
+    return waypoints_of(problem, found.plan)
 
 
 def waypoints_of(problem: Problem, plan: Plan) -> Floats:
@@ -177,7 +203,7 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
 
     What it flies more slowly than it could becomes flight at full speed, and hovering.
     """
-    track = plan.tracks[0]
+    (track,) = plan.tracks
     flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uav.speed_mps
     waits_s = np.diff(track.time_s) - flies_s
     waits_s[waits_s < ROUNDING_S] = 0.0
@@ -186,21 +212,25 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
 
 
 def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
-    """Return waypoints that go on along roads, as ``tail`` does, once a share of all is seen.
+    """Return waypoints that turn into a patrol along roads once enough has been seen.
 
-    Of all particles that they see, by weight.
+    Parameters
+    ----------
+    share
+        How much is enough, of the weight of all particles that the waypoints see.
     """
     plan = plan_of_waypoints(problem, "", waypoints)
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     by_time = np.argsort(seen_at, kind="stable")
-    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.futures.weight, 0.0)[by_time])
+    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.weight_at_start, 0.0)[by_time])
     enough = min(int(np.searchsorted(weight, share * weight[-1])), len(weight) - 1)
     leaves_s = times_left(problem, waypoints)
     useful = int(np.searchsorted(leaves_s, seen_at[by_time[enough]]))
     if useful >= len(waypoints) or leaves_s[useful] >= problem.horizon_s:
         return waypoints
     legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
-    state = SearchState.of_sightings(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
+    begun = replace(problem.first_state, time_s=left_s, x_m=x_m, y_m=y_m)
+    state = begun.absorb(np.where(seen_at <= left_s, seen_at, np.inf))
     order = patrol(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
@@ -210,28 +240,26 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
 
 def times_left(problem: Problem, waypoints: Floats) -> Floats:
     """Return when each waypoint is left, (W,) seconds, if there were no end to the flight."""
-    uav = problem.uav
+    uav = problem.uav_at_start
     places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
     flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
     return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
 
 
-def _world(problem: Problem) -> Any:
-    """Return what a sweep has to know, as ``kernels.anneal.World``."""
-    from planner.search.kernels.cells import crowd_of
-    from planner.search.kernels.motion import fastest
-
-    uav, futures, objective = problem.uav, columns(problem.futures), problem.objective
-    radius_m = float(problem.sensor.radius_m)
-    span = (float(uav.take_off_s), float(objective.ends_s))
-    crowd = crowd_of(futures, radius_m, float(fastest(futures)), span)
-    home = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
-    limits = (*map(float, home), float(uav.landing_s), span[1], float(uav.speed_mps))
-    by_s = np.inf if objective.by_s is None else float(objective.by_s)
-    return crowd, radius_m, problem.futures.weight, limits, (float(objective.horizon_s), by_s)
+def _surroundings(problem: Problem) -> Surroundings:
+    """Return what a sweep has to know, as its kernel takes it."""
+    uav, futures, objective = problem.uav_at_start, columns(problem.futures), problem.objective
+    radius_m, ends_s = float(problem.sensor.radius_m), float(objective.ends_s)
+    span = Window(float(uav.take_off_s), ends_s)
+    grid = grid_of(futures, radius_m, float(fastest(futures)), span)
+    home_x_m, home_y_m = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
+    limits = FlightLimits(
+        float(home_x_m), float(home_y_m), float(uav.landing_s), ends_s, float(uav.speed_mps)
+    )
+    return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
 
 
-def _scale(problem: Problem) -> tuple[float, float]:
+def _scale(problem: Problem) -> Scale:
     """Return how far waypoints may be shifted at once, metres, and be delayed, seconds."""
     far_m = float(np.hypot(*np.ptp(problem.network.node_xy_m, axis=0))) / 5.0
-    return far_m, far_m / problem.uav.speed_mps
+    return Scale(far_m, far_m / problem.uav.speed_mps)

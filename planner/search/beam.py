@@ -8,18 +8,40 @@ reward so far, with what the particles still unseen at that time usually bring, 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.first_detection import first_detection
+from planner.arrays import Floats, Ints
+from planner.detection.evaluation import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
+from planner.search.kernels.beam import (
+    BEST,
+    END,
+    FLIGHTS,
+    LEG,
+    NEXT,
+    PARENT,
+    PROMISE,
+    REWARD,
+    UNSEEN,
+    BeamHops,
+    BeamSetting,
+    BeamStates,
+    BeamWays,
+    Bucket,
+    FirstSeen,
+    LegEnds,
+    ToGo,
+    grow,
+    promise,
+)
+from planner.search.kernels.transits import bearings_of
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate_order
+from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
@@ -46,12 +68,12 @@ class RewardToGo:
     @classmethod
     def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
-        track = plan_of_legs(problem, "", order).tracks[0]
-        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        first_s = problem.uav.take_off_s
+        flown = plan_of_legs(problem, "", order).tracks
+        seen_at = evaluate(flown, problem.futures, problem.sensor, problem.objective).seen_at
+        first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
-        weight = problem.futures.weight[by_time]
+        weight = problem.weight_at_start[by_time]
         after = np.searchsorted(seen_at[by_time], times, side="right")
         left, brings = (
             np.append(np.cumsum(amount[::-1])[::-1], 0.0)[after]
@@ -61,19 +83,19 @@ class RewardToGo:
         return cls(share, float(first_s), step_s)
 
 
-def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan of the best of two beams, one along roads only, one with flights between.
 
     The budget's work sets their width; the better one is chosen on the problem's holdout. A patrol
     goes on after its end.
     """
-    engine = WhatIf(problem)
+    engine, log = WhatIf(problem), SearchLog(problem, budget)
     outlook = RewardToGo.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders, done = [], 0
     for one in beams:
-        order, work = beam_order(engine, one, outlook, stop=budget.stop)
+        order, work = beam_order(engine, one, outlook, stop=log.stop)
         orders.append(order)
         done += work
     plans = [
@@ -81,9 +103,8 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         for order in orders
     ]
     chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
-    if budget.told:
-        budget.told(problem.objective.value(holdout_value(problem, chosen)), done)
-    return chosen
+    log.reached(holdout_value(problem, chosen), done)
+    return log.result(chosen)
 
 
 def near_m(problem: Problem) -> float:
@@ -94,7 +115,7 @@ def near_m(problem: Problem) -> float:
 def holdout_value(problem: Problem, plan: Plan) -> float:
     """Return a plan's expected reward on the holdout particles, or on its own if there are none."""
     holdout = problem.holdout or problem.futures
-    seen_at = first_detection(holdout, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, holdout, problem.sensor, problem.objective).seen_at
     return float(holdout.weight @ problem.objective.reward(seen_at))
 
 
@@ -117,82 +138,72 @@ def beam_order(
     stop
         Asked between stretches of time; once it says so, the best order so far is returned.
     """
-    from planner.search.kernels.beam import LEG, PARENT, REWARD, grow
-
     problem = engine.problem
     start = start or problem.first_state
-    looks = (outlook.brings, outlook.first_s, outlook.step_s)
-    tree, worth, flown = _first_states(engine, start, looks)
-    known = tree.shape[1]
-    if known == 0:
-        return [], 0
-    heads = _buckets(problem, beam, start.time_s, tree, worth)
-    masks: Ints = np.empty((64, (len(problem.futures) + 7) // 8), dtype=np.uint8)
-    counts = np.array([known, 0, np.argmax(worth[REWARD]), known])
+    to_go = ToGo(outlook.brings, outlook.first_s, outlook.step_s)
+    states, flown = _first_states(engine, beam, start, to_go)
     setting = _setting(engine, beam.reach_m)
-    for number in range(len(heads)):
-        if heads[number] < 0:
+    for number in range(len(states.heads)):
+        if states.heads[number] < 0:
             continue
         if stop():
             break
-        bucket = (number, beam.width, start.time_s, beam.bucket_s)
-        states = (tree, worth, masks, heads, counts)
-        tree, worth, masks, counts = grow(bucket, states, setting, _goal(problem), looks, flown)
-    order, state = [], int(counts[2])
+        bucket = Bucket(number, beam.width, start.time_s, beam.bucket_s)
+        states = grow(bucket, states, setting, to_go, flown)
+    order, state = [], int(states.counts[BEST])
     while state >= 0:
-        order.append(int(tree[LEG, state]))
-        state = int(tree[PARENT, state])
-    return order[::-1], int(counts[3])
-
-
-def _goal(problem: Problem) -> tuple[float, float, float]:
-    by_s = problem.objective.by_s
-    deadline_s = np.inf if by_s is None else float(by_s)
-    return float(problem.horizon_s), deadline_s, float(problem.uav.landing_s)
+        order.append(int(states.links[LEG, state]))
+        state = int(states.links[PARENT, state])
+    return order[::-1], int(states.counts[FLIGHTS])
 
 
 def _first_states(
-    engine: WhatIf, start: SearchState, looks: tuple[Floats, float, float]
-) -> tuple[Ints, Floats, tuple[Offsets, Ints, Flags]]:
+    engine: WhatIf, beam: Beam, start: SearchState, to_go: ToGo
+) -> tuple[BeamStates, FirstSeen]:
     """Return an order of one leg for each that can be flown first, and what they see."""
-    from planner.search.kernels.beam import END, LEG, PROMISE, REWARD, UNSEEN, promise
-
-    problem, unseen = engine.problem, np.isinf(start.seen_at)
+    problem, unseen = engine.problem, start.miss > 0.0
     flights = engine.fly(start, candidate_legs(problem, start))
-    weight = problem.futures.weight[flights.particle]
-    tree = np.full((4, len(flights.leg)), -1, dtype=np.int32)
-    worth = np.zeros((4, len(flights.leg)))
-    tree[LEG], worth[END] = flights.leg, flights.end_s
-    worth[REWARD] = flights.per_flight(weight * problem.objective.reward(flights.seen_at))
-    worth[UNSEEN] = problem.futures.weight[unseen].sum() - flights.per_flight(weight)
-    for state in worth.T:
-        state[PROMISE] = promise(state[END], state[REWARD], state[UNSEEN], looks)
-    return tree, worth, (flights.first.astype(np.int64), flights.particle, unseen)
+    known = len(flights.leg)
+    weight = problem.futures.weight * start.miss
+    seen = weight[flights.particle]
+    links = np.full((4, known), -1, dtype=np.int32)
+    figures = np.zeros((4, known))
+    links[LEG], figures[END] = flights.leg, flights.end_s
+    figures[REWARD] = flights.per_flight(seen * problem.objective.reward(flights.seen_at))
+    figures[UNSEEN] = weight[unseen].sum() - flights.per_flight(seen)
+    for state in figures.T:
+        state[PROMISE] = promise(state[END], state[REWARD], state[UNSEEN], to_go)
+    heads = _buckets(problem, beam, start.time_s, links, figures)
+    masks: Ints = np.empty((64, (len(problem.futures) + 7) // 8), dtype=np.uint8)
+    best = int(np.argmax(figures[REWARD])) if known else -1
+    counts = np.array([known, 0, best, known])  # KNOWN, SLOTS, BEST, FLIGHTS
+    flown = FirstSeen(flights.first.astype(np.int64), flights.particle, start.miss)
+    return BeamStates(links, figures, masks, heads, counts), flown
 
 
-def _buckets(problem: Problem, beam: Beam, begin_s: float, tree: Ints, worth: Floats) -> Ints:
+def _buckets(problem: Problem, beam: Beam, begin_s: float, links: Ints, figures: Floats) -> Ints:
     """Return the head of each stretch of time's chain of states, and link the chains."""
-    from planner.search.kernels.beam import END, NEXT
-
     stretches = max(0, int((problem.objective.ends_s - begin_s) / beam.bucket_s)) + 1
     heads = np.full(stretches, -1, dtype=np.int32)
-    for state, number in enumerate(((worth[END] - begin_s) / beam.bucket_s).astype(int).tolist()):
+    numbers = ((figures[END] - begin_s) / beam.bucket_s).astype(int).tolist()
+    for state, number in enumerate(numbers):
         if number < stretches:
-            tree[NEXT, state], heads[number] = heads[number], state
+            links[NEXT, state], heads[number] = heads[number], state
     return heads
 
 
-def _setting(engine: WhatIf, reach_m: float) -> tuple[Any, ...]:
-    """Return ways, hops, roads and world as ``kernels.beam`` takes them."""
+def _setting(engine: WhatIf, reach_m: float) -> BeamSetting:
+    """Return what a beam moves in, as its kernel takes it."""
     problem = engine.problem
-    legs, weight = problem.legs, problem.futures.weight
-    roads = (legs.to_node, legs.duration_s, legs.node_xy_m, problem.legs.home_s, weight)
-    return *_ways_within(legs, reach_m), roads, engine.world
+    legs = problem.legs
+    ways, hops = _ways_within(legs, reach_m)
+    ends = LegEnds(legs.to_node, legs.duration_s, legs.node_xy_m, legs.home_s)
+    return BeamSetting(ways, hops, ends, float(problem.uav.landing_s), engine.index)
 
 
-@lru_cache(maxsize=16)
-def _ways_within(legs: Legs, reach_m: float) -> tuple[Any, Any]:
-    """Return the ways and hops of ``kernels.beam`` with transits of limited length."""
+@lru_cache(maxsize=16)  # see the comment on caches in `what_if`
+def _ways_within(legs: Legs, reach_m: float) -> tuple[BeamWays, BeamHops]:
+    """Return the ways and hops of a beam with transits of limited length."""
     hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
     leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
     ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
@@ -202,15 +213,13 @@ def _ways_within(legs: Legs, reach_m: float) -> tuple[Any, Any]:
     bearing, offset = (np.concatenate(part) for part in list(zip(*hops, strict=True))[1:])
     away_m = np.hypot(offset[:, 0], offset[:, 1])
     return (
-        (first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
-        (first_hop, bearing, offset / away_m[:, None], away_m / legs.speed_mps),
+        BeamWays(first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
+        BeamHops(first_hop, bearing, offset / away_m[:, None], away_m / legs.speed_mps),
     )
 
 
 def _hops(node_xy_m: Floats, node: int, reach_m: float) -> tuple[Ints, Floats, Floats]:
     """Return the other places within reach of a node by bearing: node, bearing, offset."""
-    from planner.search.kernels.transits import bearings_of
-
     offset = node_xy_m - node_xy_m[node]
     away_m = np.hypot(offset[:, 0], offset[:, 1])
     near = np.flatnonzero((away_m > 0.0) & (away_m <= reach_m))

@@ -3,29 +3,38 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.arrays import Floats, Offsets, freeze
+from planner.arrays import Floats, freeze
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
+from planner.flight.legs import Legs
+from planner.futures.futures import Pieces
+from planner.search.kernels.exact import (
+    TIE_S,
+    Case,
+    PrefixStates,
+    Tree,
+    branch,
+    fly_orders,
+    search,
+    value,
+)
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
-
-if TYPE_CHECKING:
-    from planner.search.kernels.exact import Case, States
+from planner.search.result import SearchResult
+from planner.search.what_if import rows_of
 
 MOST_ORDERS = 2**8 * math.factorial(8)  # 10,321,920: seconds by branch and bound, a minute flown
 STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
 TIE_SHARE = 1e-12  # probabilities this close are equal
 
 
-def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that serves the objective best, of all orders and directions of the roads.
 
     Each road is flown at most once, straight from the end of one to the start of the next; by
-    branch and bound over the beginnings of orders. Roads that earn nothing on these futures come
+    branch and bound over the prefixes of orders. Roads that earn nothing on these futures come
     last, the nearest first, for targets that the futures do not know; but a UAV that has to come
     home does so at once, as what it sees on that way counts.
 
@@ -40,33 +49,31 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     order, _ = best_order(problem, most_legs)
     if problem.uav.return_to_m is None:
         order = (*order, *_nearest_next(problem, order))[:most_legs]
-    return plan_of_legs(problem, "exact", order)
+    return SearchResult(plan_of_legs(problem, "exact", order))
 
 
 def number_of_orders(roads: int, flown: int | None = None) -> int:
-    """Return in how many orders and directions so many roads can be flown, of all those there.
+    """Return in how many orders and directions some of R roads can be flown; by default all.
 
-    That is 2^k R! / (R - k)!, for all of them 2^R R! (Section 4.1).
+    For k of them that is 2^k R! / (R - k)!, for all of them 2^R R! (Section 4.1).
     """
     flown = roads if flown is None else flown
     return int(2**flown * math.perm(roads, flown))
 
 
 def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float]:
-    """Return the legs, at most so many, that are worth flying, and the objective's value.
+    """Return the legs that are worth flying, ``most_legs`` at most, and the objective's value.
 
-    No order of so many legs is better by more than a microsecond, or by 1e-12 where the value is
+    No order of as many legs is better by more than a microsecond, or by 1e-12 where the value is
     a probability. How long this takes depends on the net and the futures, not on ``MOST_ORDERS``.
     """
-    from planner.search.kernels.exact import Tree, branch, search, value
-
     case = _case(problem)
     legs = len(case.from_node)
     states = _states(problem, case, 1 + most_legs * legs)
     tree = Tree(
         bound=np.full((most_legs, legs), np.inf),
         prefix=np.zeros(most_legs, np.int32),
-        flown=np.zeros(legs // 2, np.bool_),
+        flown=np.zeros(len(problem.network.road_ids), np.bool_),
         best=np.full(most_legs, -1, np.int32),
     )
     if most_legs == 0:
@@ -104,7 +111,7 @@ class OrderValues:
         while left:
             place, index = divmod(index, number_of_orders(len(left) // 2 - 1))
             order.append(left[place])
-            left = [leg for leg in left if leg // 2 != order[-1] // 2]
+            left = [leg for leg in left if Legs.road(leg) != Legs.road(order[-1])]
         return tuple(order)
 
 
@@ -119,8 +126,6 @@ def enumerate_orders(problem: Problem) -> OrderValues:
     NotApplicableError
         If there are more than ``MOST_ORDERS`` orders.
     """
-    from planner.search.kernels.exact import fly_orders
-
     roads = len(problem.network.road_ids)
     _refuse_too_many(roads, roads)
     case = _case(problem)
@@ -145,30 +150,25 @@ def _refuse_too_many(roads: int, flown: int) -> None:
 def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
     """Yield the legs that an order leaves out, each road once, the nearest start first."""
     legs = problem.legs
-    x_m, y_m = problem.uav.x_m, problem.uav.y_m
+    x_m, y_m = problem.first_state.x_m, problem.first_state.y_m
     if order:
         x_m, y_m = legs.node_xy_m[legs.to_node[order[-1]]]
     left = np.ones(len(legs), dtype=bool)
     for leg in order:
-        left[leg // 2 * 2 : leg // 2 * 2 + 2] = False
+        left[[leg, Legs.reverse(leg)]] = False
     while left.any():
         leg = int(np.argmin(np.where(left, legs.transit_s(x_m, y_m), np.inf)))
-        left[leg // 2 * 2 : leg // 2 * 2 + 2] = False
+        left[[leg, Legs.reverse(leg)]] = False
         x_m, y_m = legs.node_xy_m[legs.to_node[leg]]
         yield leg
 
 
-def _case(problem: Problem) -> "Case":
-    from planner.search.kernels.exact import TIE_S, Case
-
-    legs, uav, futures = problem.legs, problem.uav, problem.futures
+def _case(problem: Problem) -> Case:
+    legs, uav, futures = problem.legs, problem.uav_at_start, problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
     offset = place_xy_m[:, np.newaxis] - legs.node_xy_m
-    points = _pieces(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
-    inner = np.delete(np.arange(len(points)), legs.first_point[1:] - 1)
-    pieces = _pieces(futures.time_s, futures.x_m, futures.y_m, futures.first_knot)
-    at_end = (futures.first_knot[1:] - 1)[(np.diff(futures.first_knot) > 0) & ~futures.gone]
-    pieces[at_end, -1] = np.inf
+    points = Pieces.between(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
+    inner = np.delete(np.arange(len(legs.x_m)), legs.first_point[1:] - 1)
     objective = problem.objective
     until_s = np.where(futures.gone, futures.end_s, objective.ends_s)
     home_m = np.full(2, np.nan) if uav.return_to_m is None else np.array(uav.return_to_m)
@@ -178,19 +178,19 @@ def _case(problem: Problem) -> "Case":
         to_node=legs.to_node,
         duration_s=legs.duration_s,
         first_leg_piece=legs.first_point - np.arange(len(legs) + 1),
-        leg_pieces=points[inner],
+        leg_pieces=rows_of(points)[inner],
         place_xy_m=place_xy_m,
         transit_s=np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps,
         home_s=np.nan_to_num(home_s, nan=0.0),
         home_xy_m=home_m,
         first_piece=futures.first_knot,
-        pieces=pieces,
-        weight=futures.weight,
+        pieces=rows_of(futures.pieces),
+        weight=problem.weight_at_start,
         until_s=np.minimum(until_s, objective.ends_s),
         speed_mps=float(uav.speed_mps),
         radius_m=float(problem.sensor.radius_m),
         ends_s=float(objective.ends_s),
-        miss=float(objective.most),
+        miss_cost=float(objective.most),
         timed=problem.objective.by_s is None,
         tie=TIE_S if problem.objective.by_s is None else TIE_SHARE,
         landing_s=float(uav.landing_s),
@@ -198,25 +198,12 @@ def _case(problem: Problem) -> "Case":
     )
 
 
-def _pieces(time_s: Floats, x_m: Floats, y_m: Floats, first: Offsets) -> Floats:
-    """Return a straight motion from each point to the next, (K, 6), an instant at the last."""
-    moves = np.ones(len(time_s), dtype=bool)
-    moves[first[1:][np.diff(first) > 0] - 1] = False
-    until_s = np.where(moves, np.roll(time_s, -1), time_s)
-    lasts_s = until_s - time_s
-    steps = [np.where(lasts_s > 0, np.roll(column, -1) - column, 0.0) for column in (x_m, y_m)]
-    vx, vy = (step / np.where(lasts_s > 0, lasts_s, 1.0) for step in steps)
-    return np.stack([time_s, x_m, y_m, vx, vy, until_s], axis=1)
-
-
-def _states(problem: Problem, case: "Case", slots: int) -> "States":
+def _states(problem: Problem, case: Case, slots: int) -> PrefixStates:
     """Return room for states; slot 0 is the take-off, all particles with knots open."""
-    from planner.search.kernels.exact import States
-
     n = len(problem.futures)
     moving = np.flatnonzero(np.diff(problem.futures.first_knot))
     longest = int(np.diff(case.first_leg_piece).max())
-    states = States(
+    states = PrefixStates(
         place=np.zeros(slots, np.int32),
         time_s=np.zeros(slots),
         settled=np.zeros(slots),
@@ -225,9 +212,9 @@ def _states(problem: Problem, case: "Case", slots: int) -> "States":
         flight=np.zeros((longest + 1, 6)),
     )
     states.place[0] = len(case.place_xy_m) - 1
-    states.time_s[0] = problem.uav.take_off_s
+    states.time_s[0] = problem.first_state.time_s
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
-    never = 1.0 - float(problem.futures.weight[moving].sum())
-    states.settled[0] = max(0.0, never) * case.miss
+    never = 1.0 - float(problem.weight_at_start[moving].sum())
+    states.settled[0] = max(0.0, never) * case.miss_cost
     return states

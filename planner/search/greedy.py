@@ -11,10 +11,10 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.errors import InputError, NotApplicableError
-from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Directions, Problem, candidate_legs
+from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import TIE, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
@@ -77,7 +77,7 @@ def greedy(
     rng: np.random.Generator,  # noqa: ARG001  (every planner takes one)
     options: GreedyOptions | None = None,
     resample: Resample | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the plan of the paper's simulation_aided_planning (Figure 4).
 
     Parameters
@@ -108,7 +108,7 @@ def greedy(
             break
         i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
         state = state.after(problem.legs, int(legs[i]), observation_times)  # lines 11, 12 and 14
-    return plan_of_legs(problem, "greedy", state.order)
+    return SearchResult(plan_of_legs(problem, "greedy", state.order))
 
 
 def what_if_simulations(
@@ -125,11 +125,11 @@ def what_if_simulations(
     """
     # lines 1-7: all flights set out from the same place and time
     if options.flags == "times only":
-        flights = _fly(engine, state, legs, np.ones(len(state.seen_at), dtype=np.bool_), options)
+        flights = _fly(engine, state, legs, np.ones(len(state.miss)), options)
         flights = flights.those(~observed[flights.flight, flights.particle])  # line 18
         observed[flights.flight, flights.particle] = True  # line 19
     else:
-        flights = _fly(engine, state, legs, np.isinf(state.seen_at), options)
+        flights = _fly(engine, state, legs, state.miss, options)
     best = _arg_min(engine.problem, state, flights, options)  # line 28
     # lines 29-31: all simulations take over the times of the best one (line 20)
     mine = slice(flights.first[best], flights.first[best + 1])
@@ -139,12 +139,12 @@ def what_if_simulations(
 
 
 def _fly(
-    engine: WhatIf, state: SearchState, legs: Ints, unseen: Flags, options: GreedyOptions
+    engine: WhatIf, state: SearchState, legs: Ints, miss: Floats, options: GreedyOptions
 ) -> Sightings:
     """Lines 8-27: the while loop over ticks, or its limit for ever shorter ticks."""
     if options.tick_s > 0.0:
-        return engine.fly_by_ticks(state, legs, options.tick_s, unseen=unseen)
-    return engine.fly(state, legs, unseen=unseen)
+        return engine.fly_by_ticks(state, legs, options.tick_s, miss=miss)
+    return engine.fly(state, legs, miss=miss)
 
 
 def _arg_min(

@@ -1,10 +1,10 @@
-"""What follows when a plan has found all its own particles: the search goes on for the others.
+"""Patrol: how a search goes on once a plan has found all of its own particles.
 
-A thousand particles are not all targets there may be. One that is a little slower or turns
-elsewhere can slip through a plan that has seen every particle, about one in two hundred does. So
-every particle seen counts as missed with a small probability, which grows with the time since a
-UAV last had it in sight: the search returns to where targets are that were looked at long ago, and
-in the end stays where they rest.
+A thousand particles do not stand for every target there may be. A target that is a little slower,
+or turns elsewhere, can slip past a plan that has seen every particle; about one in two hundred
+does. So every particle that was seen counts as missed with a small probability, which grows with
+the time since a UAV last had it in sight: the search returns to targets that were seen long ago,
+and in the end stays where they rest.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluation import evaluate
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.state import SearchState
@@ -27,8 +27,8 @@ def with_patrol(
 ) -> tuple[int, ...]:
     """Return an order of legs that goes on after its end, until the horizon or the landing.
 
-    The tail flies, leg by leg, where it earns most per second: on particles not seen, and on seen
-    ones as far as they may have been missed. It ends early where nobody is left to be met.
+    The patrol flies, leg by leg, where it earns most per second: with particles not seen, and with
+    seen ones as far as they may have been missed. It ends early where nobody is left to be seen.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def with_patrol(
 
 
 def patrol(engine: WhatIf, state: SearchState) -> SearchState:
-    """Return where such a tail comes to from a state; seen times are then the latest ones."""
+    """Return the state at the end of a patrol; its seen times are the latest, not the first."""
     return stepwise(engine, state, _patrol)
 
 
@@ -47,19 +47,20 @@ def _after(problem: Problem, order: Sequence[int]) -> SearchState:
     """Return the state at the end of an order, as far as it can be flown."""
     plan = plan_of_legs(problem, "", order)
     state = problem.first_state
-    for flown in plan.legs[0]:
+    (legs,) = plan.legs
+    for flown in legs:
         state = state.after(problem.legs, flown.leg, state.seen_at)
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     return state.absorb(np.where(seen_at <= state.time_s, seen_at, np.inf))
 
 
 def _patrol(engine: WhatIf, state: SearchState) -> SearchState | None:
-    """Return the state after the leg that earns most; its seen times are the latest, not first."""
+    """Return the state after the patrol's next leg, the one that earns most per second."""
     problem = engine.problem
-    everyone = np.ones(len(state.seen_at), dtype=np.bool_)
-    flights = engine.fly(state, legs_ahead(problem, state), unseen=everyone)
-    worth = _doubt(problem, state, flights) * problem.objective.reward(flights.seen_at)
-    gained = flights.per_flight(problem.futures.weight[flights.particle] * worth)
+    everyone = np.ones(len(state.miss))  # who was seen is looked for again
+    flights = engine.fly(state, legs_ahead(problem, state), miss=everyone)
+    reward = _doubt(problem, state, flights) * problem.objective.reward(flights.seen_at)
+    gained = flights.per_flight(problem.futures.weight[flights.particle] * reward)
     if not gained.any():
         return None
     rates = rate_of(gained, flights.end_s - state.time_s)
@@ -67,6 +68,9 @@ def _patrol(engine: WhatIf, state: SearchState) -> SearchState | None:
 
 
 def _doubt(problem: Problem, state: SearchState, flights: Sightings) -> Floats:
-    """Return for each sighting how likely it is news, (M,): 1 if its particle was never seen."""
+    """Return for each sighting the probability that it is the first, (M,).
+
+    That is 1 if its particle was never seen.
+    """
     since_s = flights.seen_at - state.seen_at[flights.particle]  # -inf: never seen
     return np.where(since_s < 0.0, 1.0, MISSED * np.minimum(1.0, since_s / problem.horizon_s))

@@ -1,10 +1,11 @@
-"""Orders made leg by leg: what a next leg earns, and where to go when none earns anything."""
+"""Orders made leg by leg: what the next leg earns, and where to go when none earns anything."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.flight.legs import Legs
 from planner.search.problem import Problem, candidate_legs
 from planner.search.state import SearchState
 from planner.search.what_if import Sightings, WhatIf
@@ -15,12 +16,14 @@ Step = Callable[[WhatIf, SearchState], SearchState | None]
 
 
 def stepwise(engine: WhatIf, state: SearchState, step: Step) -> SearchState:
-    """Return where a search comes to leg by leg, until no sighting is worth anything any more.
+    """Return the state in which a search ends that is made step by step.
+
+    It goes on until no sighting is worth anything any more.
 
     Parameters
     ----------
     step
-        Flies one leg or more; None where there is nothing left to do.
+        Returns the state after one leg or more; None where there is nothing left to do.
     """
     ends_s = engine.problem.objective.ends_s
     while state.time_s < ends_s:
@@ -38,10 +41,10 @@ def legs_ahead(problem: Problem, state: SearchState) -> Ints:
     return legs[state.time_s + lasts_s > state.time_s]
 
 
-def earned(problem: Problem, flights: Sightings) -> Floats:
-    """Return what each flight's sightings are worth, all of them first ones, (C,)."""
-    worth = problem.futures.weight[flights.particle] * problem.objective.reward(flights.seen_at)
-    return flights.per_flight(worth)
+def earned(problem: Problem, state: SearchState, flights: Sightings) -> Floats:
+    """Return the expected reward of each flight from a state, (C,)."""
+    unseen = problem.futures.weight[flights.particle] * state.miss[flights.particle]
+    return flights.per_flight(unseen * problem.objective.reward(flights.seen_at))
 
 
 def rate_of(gained: Floats, lasts_s: Floats) -> Floats:
@@ -76,20 +79,22 @@ def after_flight(
 def toward_next(engine: WhatIf, state: SearchState) -> SearchState | None:
     """Return the state after flying to where an unseen particle can be met soonest.
 
-    For when no leg sees anything: the UAV flies to the road that such a particle passes first of
-    those it can reach, and to and fro there until it comes. None if none will come.
+    For when no leg sees anything: of the roads that the UAV can reach in time, it flies to the one
+    that an unseen particle passes first, and to and fro there until the particle comes. None if
+    none will come.
     """
     problem = engine.problem
     legs = legs_ahead(problem, state)
     start_s = np.full(len(problem.legs), np.inf)
     start_s[legs] = state.time_s + problem.legs.transit_s(state.x_m, state.y_m)[legs]
-    first, from_s, to_s, _, particle, _ = engine.passages
+    passages = engine.index.passages
     roads = len(problem.network.road_ids)
-    road = np.repeat(np.arange(2 * roads) % roads, np.diff(first))
-    leg = (2 * road[:, None] + (0, 1)).ravel()
-    begins_s, over_s = np.repeat(from_s, 2), np.repeat(to_s, 2)
+    both = np.array([Legs.both(road) for road in range(roads)]).reshape(-1, 2)
+    road = np.repeat(np.arange(2 * roads) % roads, np.diff(passages.first))
+    leg = both[road].ravel()
+    begins_s, over_s = np.repeat(passages.from_s, 2), np.repeat(passages.to_s, 2)
     meets_s = np.maximum(begins_s, start_s[leg])
-    waits = np.repeat(np.isinf(state.seen_at[particle]), 2) & (start_s[leg] <= over_s)
+    waits = np.repeat(state.miss[passages.particle] > 0.0, 2) & (start_s[leg] <= over_s)
     meets_s[~waits] = np.inf
     if len(meets_s) == 0 or meets_s.min() >= problem.objective.ends_s:
         return None
@@ -105,5 +110,5 @@ def _to_and_fro(
         state = flown or state
         if leg not in candidate_legs(problem, state):
             break
-        flown, leg = state.after(problem.legs, leg, state.seen_at), leg ^ 1
+        flown, leg = state.after(problem.legs, leg, state.seen_at), Legs.reverse(leg)
     return flown

@@ -2,16 +2,35 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.detection.first_detection import columns
+from planner.detection.objective import Objective
 from planner.flight.legs import Legs
+from planner.futures.futures import Pieces
+from planner.search.kernels.motion import ParticleMotion, motion_of
+from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
+from planner.search.kernels.ticks import TimedLegs, seen_by_ticks
+from planner.search.kernels.transits import Departure, Sensing, Transits, bearings_of
+from planner.search.kernels.what_if import (
+    Candidates,
+    Goal,
+    LegColumns,
+    SearchIndex,
+    fly_all,
+    score_all,
+)
 from planner.search.problem import Problem
 from planner.search.state import SearchState
+
+# Three caches outlive the planner that filled them, each of what never changes: the indices of
+# problems (`_indices`, as long as a problem lives), the transits from the last 256 places asked
+# for (`_transits_from`), and the ways of the last 16 beams (`beam._ways_within`). The latter two
+# keep the `Legs` that they were asked about alive.
+_indices: WeakKeyDictionary[Problem, SearchIndex] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +78,17 @@ class Sightings:
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """What each of C legs would earn with the particles not seen yet, if it were flown next."""
+    """What each of C legs would earn, if it were flown next."""
 
     leg: Ints  # (C,) leg index
     start_s: Floats  # (C,) seconds, when its road begins
     end_s: Floats  # (C,) seconds, when its road ends
     reward: Floats  # (C,) expected reward of the sightings, by the problem's objective
-    seen: Floats  # (C,) weight of the particles seen
+    seen: Floats  # (C,) weight of the particles seen, as far as they are still unseen
 
 
 class WhatIf:
-    """Flies every leg in thought against one problem's futures; exact, in continuous time.
+    """Simulates flights along legs against one problem's futures; exact, in continuous time.
 
     Looks up the passages of all particles along all roads by time, made once for a problem; their
     number grows with the roads that particles pass, not with the roads there are.
@@ -77,112 +96,126 @@ class WhatIf:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.world = indexed(problem)
-        self.motion, self.passages, self.leg_columns, self.sensing = self.world
+        self.index = indexed(problem)
 
-    def score(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Scores:
+    def score(self, state: SearchState, legs: Ints, *, miss: Floats | None = None) -> Scores:
         """Return what each leg would earn from a state on, by the problem's objective.
 
         As ``fly``, but without the single sightings.
         """
-        from planner.search.kernels.what_if import score_all
+        departure, candidates, transits = self._ways(state, legs)
+        earned = score_all(departure, candidates, transits, _miss(state, miss), self.index)
+        end_s = earned.start_s + self.problem.legs.duration_s[candidates.leg]
+        return Scores(candidates.leg, earned.start_s, end_s, earned.reward, earned.seen)
 
-        place, flights, ends, look_for = self._asked(state, legs, unseen)
-        objective = self.problem.objective
-        by_s = np.inf if objective.by_s is None else float(objective.by_s)
-        aim = (self.problem.futures.weight, (float(objective.horizon_s), by_s))
-        start_s, reward, seen = score_all(place, flights, ends, look_for, self.world, aim)
-        end_s = start_s + self.problem.legs.duration_s[flights[0]]
-        return Scores(flights[0], start_s, end_s, reward, seen)
-
-    def fly(self, state: SearchState, legs: Ints, *, unseen: Flags | None = None) -> Sightings:
+    def fly(self, state: SearchState, legs: Ints, *, miss: Floats | None = None) -> Sightings:
         """Return what each leg would see from a state on.
 
         Parameters
         ----------
         legs
             Leg indices, (C,).
-        unseen
-            The particles to look for, (N,); by default those the state has not seen.
+        miss
+            Probability that each particle is still unseen, (N,); by default the state's. Those
+            with more than 0 are looked for.
         """
-        from planner.search.kernels.what_if import fly_all
-
-        place, flights, ends, look_for = self._asked(state, legs, unseen)
-        start_s, first, particle, seen_at = fly_all(place, flights, ends, look_for, self.world)
-        end_s = start_s + self.problem.legs.duration_s[flights[0]]
-        return Sightings(flights[0], start_s, end_s, first, particle, seen_at)
-
-    def _asked(self, state: SearchState, legs: Ints, unseen: Flags | None) -> tuple[Any, ...]:
-        """Return place, flights, ends and the particles to look for, as the kernels take them."""
-        wanted = np.ascontiguousarray(legs, dtype=np.int32)
-        look_for = np.isinf(state.seen_at) if unseen is None else unseen
-        place = (float(state.time_s), float(state.x_m), float(state.y_m))
-        end_of_node, ends = _around(self.problem.legs, place[1], place[2])
-        return place, (wanted, end_of_node[self.problem.legs.from_node[wanted]]), ends, look_for
+        departure, candidates, transits = self._ways(state, legs)
+        flown = fly_all(departure, candidates, transits, _miss(state, miss), self.index)
+        end_s = flown.start_s + self.problem.legs.duration_s[candidates.leg]
+        return Sightings(
+            candidates.leg, flown.start_s, end_s, flown.first, flown.particle, flown.seen_at
+        )
 
     def fly_by_ticks(
-        self, state: SearchState, legs: Ints, tick_s: float, *, unseen: Flags | None = None
+        self, state: SearchState, legs: Ints, tick_s: float, *, miss: Floats | None = None
     ) -> Sightings:
         """Return what each leg would see if the sensor only looked at each tick of its flight.
 
         As ``fly``, but slow: lines 8-27 of Figure 6 step by step. The first look is one tick
         after the flight's start, the last one at or before its end.
         """
-        from planner.search.kernels.ticks import seen_by_ticks
-
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
-        look_for = np.isinf(state.seen_at) if unseen is None else unseen
         start_s = state.time_s + self.problem.legs.transit_s(state.x_m, state.y_m)[wanted]
         seen_at = seen_by_ticks(
-            (float(state.time_s), float(state.x_m), float(state.y_m)),
-            (wanted, start_s),
-            look_for,
-            self.leg_columns,
+            _departure(state),
+            TimedLegs(wanted, start_s),
+            _miss(state, miss),
             columns(self.problem.futures),
-            (self.sensing[0], float(tick_s), self.sensing[2]),
+            self.index,
+            float(tick_s),
         )
         flight, particle = np.nonzero(np.isfinite(seen_at))
         first = np.searchsorted(flight, np.arange(len(wanted) + 1))
         end_s = start_s + self.problem.legs.duration_s[wanted]
         return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
 
+    def _ways(self, state: SearchState, legs: Ints) -> tuple[Departure, Candidates, Transits]:
+        """Return how legs can be flown to from where a state is, as the kernels take it."""
+        wanted = np.ascontiguousarray(legs, dtype=np.int32)
+        departure = _departure(state)
+        transit_to, transits = _transits_from(self.problem.legs, departure.x_m, departure.y_m)
+        candidates = Candidates(wanted, transit_to[self.problem.legs.from_node[wanted]])
+        return departure, candidates, transits
+
+
+def _departure(state: SearchState) -> Departure:
+    return Departure(float(state.time_s), float(state.x_m), float(state.y_m))
+
+
+def _miss(state: SearchState, miss: Floats | None) -> Floats:
+    """Return the state's ``miss`` unless another one is given, (N,).
+
+    A copy, as compiled code is compiled once more for arrays that are read-only.
+    """
+    return np.array(state.miss if miss is None else miss, dtype=np.float64)
+
 
 @lru_cache(maxsize=256)
-def _around(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
-    """Return which end each node is, seen from a place, (V,), -1: it is there; and the ends."""
-    from planner.search.kernels.transits import bearings_of
-
+def _transits_from(legs: Legs, x_m: float, y_m: float) -> tuple[Ints, Transits]:
+    """Return which transit leads from a place to each node, (V,), -1: it is there; and all."""
     offset = legs.node_xy_m - (x_m, y_m)
     away_m = np.hypot(offset[:, 0], offset[:, 1])
     nodes = np.flatnonzero(away_m > 0.0)
     bearings = bearings_of(offset[nodes])
     order = np.argsort(bearings, kind="stable")
     nodes = nodes[order]
-    end_of_node = np.full(len(legs.node_xy_m), -1, dtype=np.int32)
-    end_of_node[nodes] = np.arange(len(nodes))
+    transit_to = np.full(len(legs.node_xy_m), -1, dtype=np.int32)
+    transit_to[nodes] = np.arange(len(nodes))
     ways = offset[nodes] / away_m[nodes, None]
-    return end_of_node, (bearings[order], ways, away_m[nodes] / legs.speed_mps)
+    return transit_to, Transits(bearings[order], ways, away_m[nodes] / legs.speed_mps)
 
 
-_indices: WeakKeyDictionary[Problem, tuple[Any, ...]] = WeakKeyDictionary()
-
-
-def indexed(problem: Problem) -> tuple[Any, ...]:
-    """Return a problem's futures by road and time, as ``kernels.what_if.World``; made once."""
+def indexed(problem: Problem) -> SearchIndex:
+    """Return a problem's index, made when it is first asked for."""
     if problem not in _indices:
         _indices[problem] = index_of(problem)
     return _indices[problem]
 
 
-def index_of(problem: Problem) -> tuple[Any, ...]:
-    """Return motion, passages, legs and sensing of a problem."""
-    from planner.search.kernels.motion import motion_of
+def index_of(problem: Problem) -> SearchIndex:
+    """Return a problem's index, made anew."""
+    legs, sensor, futures = problem.legs, problem.sensor, problem.futures
+    motion = motion_of(columns(futures), rows_of(futures.pieces))
+    return SearchIndex(
+        motion,
+        passages(problem, motion),
+        LegColumns(legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs)),
+        Sensing(float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit),
+        futures.weight,
+        goal_of(problem.objective),
+    )
 
-    legs, sensor = problem.legs, problem.sensor
-    motion = motion_of(columns(problem.futures))
-    leg_columns = (legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs))
-    sensing = (float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit)
-    return motion, passages(problem, motion), leg_columns, sensing
+
+def goal_of(objective: Objective) -> Goal:
+    """Return an objective as the kernels take it."""
+    by_s = np.inf if objective.by_s is None else float(objective.by_s)
+    return Goal(float(objective.horizon_s), by_s)
+
+
+def rows_of(pieces: Pieces) -> Floats:
+    """Return pieces of straight motion with one row each, (K, 6) as ``kernels.motion`` has them."""
+    from_s, x_m, y_m, vx_mps, vy_mps, to_s = pieces
+    return np.stack([x_m, y_m, vx_mps, vy_mps, from_s, to_s], axis=1)
 
 
 def velocities(legs: Legs) -> tuple[Floats, Floats]:
@@ -193,18 +226,11 @@ def velocities(legs: Legs) -> tuple[Floats, Floats]:
     return steps[0] * per_metre, steps[1] * per_metre
 
 
-def passages(
-    problem: Problem, motion: tuple[Any, ...]
-) -> tuple[Offsets, Floats, Floats, Floats, Ints, Offsets]:
-    """Return every particle's passages along every road, by road and time.
-
-    The columns are those of ``kernels.passages.PassageColumns``.
-    """
-    from planner.search.kernels.passages import all_passages, in_order
-
+def passages(problem: Problem, motion: ParticleMotion) -> PassageColumns:
+    """Return every particle's passages along every road, by road and time."""
     network = problem.network
     shape = network.shape_xy_m
-    roads = (network.first_point, shape[:, 0].copy(), shape[:, 1].copy())
+    roads = RoadShapes(network.first_point, shape[:, 0].copy(), shape[:, 1].copy())
     records = all_passages(motion, roads, problem.sensor.radius_m)
-    order = np.argsort(records[1][:, 0])
+    order = np.argsort(records.times_s[:, 0])
     return in_order(records, order, 2 * len(network.road_ids))

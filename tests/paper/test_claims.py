@@ -13,9 +13,9 @@ from planner.paper import (
     claims_speed,
 )
 from planner.paper.claims import Claim, Found, markdown_table, page
-from planner.paper.figures import ALL, PATHS
+from planner.paper.figures import ALL, PATHS, U0
 from planner.paper.optimum import BOUND
-from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
+from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND
 from support.experiment_results import exhaustive_until, figure8, figure9
 
 

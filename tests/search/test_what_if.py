@@ -68,7 +68,7 @@ def test_asks_only_for_the_legs_and_particles_named() -> None:
     engine, state = WhatIf(problem), problem.first_state
     everything = engine.fly(state, np.arange(len(problem.legs), dtype=np.int32))
     unseen = np.arange(len(problem.futures)) % 2 == 0
-    some = engine.fly(state, np.array([7, 3], dtype=np.int32), unseen=unseen)
+    some = engine.fly(state, np.array([7, 3], dtype=np.int32), miss=unseen.astype(float))
     assert some.leg.tolist() == [7, 3]
     for i, leg in enumerate(some.leg):
         whole = everything.seen(leg, len(unseen))

@@ -64,7 +64,7 @@ def small_nets(repeats: int) -> Iterator[Check]:
                 begun_s = time.thread_time()
                 best_order(problem, roads)
                 took_s.append(time.thread_time() - begun_s)
-            plan = make_plan(method_named("best"), opened, recorder, particles)
+            plan = make_plan(method_named("best"), opened, recorder, particles).plan
             value = evaluate(plan.tracks, particles, problem.sensor, problem.objective)
             title = f"{name}{variant}"
             expected_s = value.expected_detection_time_s

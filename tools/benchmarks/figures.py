@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from planner.cli.printing import console
 from planner.provenance import versions
-from planner.report.tables import console
 
 
 @dataclass(frozen=True)

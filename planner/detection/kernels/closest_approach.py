@@ -1,25 +1,59 @@
-"""Closest approach of two straight motions, and its sweep along whole flights; compiled.
+"""Closest approach of two straight motions, and its sweep along whole flights; compiled."""
 
-Flights and futures are handed over as plain tuples of columns: a flight as
-``(time_s, x_m, y_m)``, futures as ``(time_s, x_m, y_m, first_knot, gone)``.
-"""
-
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Offsets
 from planner.jit import compiled
 
-FlightColumns: TypeAlias = tuple[Floats, Floats, Floats]
-FuturesColumns: TypeAlias = tuple[Floats, Floats, Floats, Offsets, Flags]
-Piece: TypeAlias = tuple[float, float, float, float, float]
+Vector: TypeAlias = tuple[float, float]  # x and y: a place in metres, or a velocity in m/s
+
+
+class PathColumns(NamedTuple):
+    """Points of a flight, or knots of particles: straight and evenly from each to the next."""
+
+    time_s: Floats  # (W,) seconds on the target's clock, never falling along one path
+    x_m: Floats  # (W,) metres
+    y_m: Floats  # (W,) metres
+
+
+class FuturesColumns(NamedTuple):
+    """The columns of ``Futures`` that say where particles are."""
+
+    time_s: Floats  # (K,) seconds on the target's clock
+    x_m: Floats  # (K,) metres
+    y_m: Floats  # (K,) metres
+    first_knot: Offsets  # (N + 1,) where a particle's knots start
+    gone: Flags  # (N,) True: vanishes after the last knot, False: rests there
+
+
+class Rows(NamedTuple):
+    """Rows of a column that belong together."""
+
+    begin: int  # the first one
+    end: int  # one after the last
+
+
+class Window(NamedTuple):
+    """A span of time, both ends included."""
+
+    from_s: float  # seconds on the target's clock
+    to_s: float
+
+
+class StraightMotion(NamedTuple):
+    """Straight motion from a moment on."""
+
+    x_m: float  # where it is at that moment
+    y_m: float
+    vx_mps: float
+    vy_mps: float
+    until_s: float  # when it ends, seconds; infinity: never
 
 
 @compiled
-def first_within(
-    offset: tuple[float, float], drift: tuple[float, float], duration_s: float, radius_m: float
-) -> float:
+def first_within(offset: Vector, drift: Vector, duration_s: float, radius_m: float) -> float:
     """Return the first second in [0, duration] at which two bodies are within the radius.
 
     Parameters
@@ -53,9 +87,7 @@ def first_within(
 
 
 @compiled
-def first_in_reach(
-    offset: tuple[float, float], drift: tuple[float, float], reach_m: float, speed_mps: float
-) -> float:
+def first_in_reach(offset: Vector, drift: Vector, reach_m: float, speed_mps: float) -> float:
     """Return the first second s >= 0 with |offset + drift s| <= reach + speed s, or infinity."""
     (x, y), (vx, vy) = offset, drift
     beyond = x * x + y * y - reach_m * reach_m
@@ -85,31 +117,36 @@ def last_at_or_before(time_s: Floats, first: int, end: int, moment_s: float) -> 
 
 
 @compiled
-def piece_at(columns: FlightColumns, i: int, end: int, moment_s: float) -> Piece:
-    """Return place, velocity and end of the motion from point ``i`` on: x, y, vx, vy, until_s.
+def motion_at(path: PathColumns, i: int, end: int, moment_s: float) -> StraightMotion:
+    """Return the motion from point ``i`` of a path on, as it is at a moment not before the point.
 
-    The place is that at ``moment_s``, at or after the point's time. The last point, ``end - 1``,
-    rests without end.
+    The last point, ``end - 1``, rests without end.
     """
-    time_s, x_m, y_m = columns
+    time_s, x_m, y_m = path
     if i + 1 >= end:
-        return x_m[i], y_m[i], 0.0, 0.0, np.inf
+        return StraightMotion(x_m[i], y_m[i], 0.0, 0.0, np.inf)
     lasts_s = time_s[i + 1] - time_s[i]
     if lasts_s <= 0.0:
-        return x_m[i], y_m[i], 0.0, 0.0, time_s[i + 1]
+        return StraightMotion(x_m[i], y_m[i], 0.0, 0.0, time_s[i + 1])
     vx = (x_m[i + 1] - x_m[i]) / lasts_s
     vy = (y_m[i + 1] - y_m[i]) / lasts_s
     since_s = moment_s - time_s[i]
-    return x_m[i] + vx * since_s, y_m[i] + vy * since_s, vx, vy, time_s[i + 1]
+    return StraightMotion(x_m[i] + vx * since_s, y_m[i] + vy * since_s, vx, vy, time_s[i + 1])
+
+
+@compiled
+def knots_of(futures: FuturesColumns) -> PathColumns:
+    """Return the knots of all particles as points of paths."""
+    return PathColumns(futures.time_s, futures.x_m, futures.y_m)
 
 
 @compiled
 def seen_in_flight(
-    flight: FlightColumns,
-    points: tuple[int, int],
+    flight: PathColumns,
+    points: Rows,
     futures: FuturesColumns,
     particle: int,
-    window: tuple[float, float],
+    window: Window,
     radius_m: float,
 ) -> float:
     """Return the first second at which a flight has a particle within the radius.
@@ -117,56 +154,59 @@ def seen_in_flight(
     Parameters
     ----------
     points
-        The flight's waypoints: indices from (included) to (excluded).
+        The flight's waypoints.
     window
-        Seconds from and to between which the sensor is on; it is off outside the flight.
+        When the sensor is on; it is off outside the flight.
 
     Returns
     -------
     float
         Seconds on the target's clock; infinity if never.
     """
-    time_s, x_m, y_m, first_knot, gone = futures
+    knots, first_knot = knots_of(futures), futures.first_knot
     i, i_end = points
     k, k_end = first_knot[particle], first_knot[particle + 1]
     if k == k_end or i >= i_end:
         return np.inf
-    now_s = max(window[0], flight[0][i], time_s[k])
-    to_s = min(window[1], flight[0][i_end - 1])
-    if gone[particle]:
-        to_s = min(to_s, time_s[k_end - 1])
+    now_s = max(window.from_s, flight.time_s[i], knots.time_s[k])
+    to_s = min(window.to_s, flight.time_s[i_end - 1])
+    if futures.gone[particle]:
+        to_s = min(to_s, knots.time_s[k_end - 1])
     if now_s > to_s:
         return np.inf
-    i = last_at_or_before(flight[0], i, i_end, now_s)
-    k = last_at_or_before(time_s, k, k_end, now_s)
+    i = last_at_or_before(flight.time_s, i, i_end, now_s)
+    k = last_at_or_before(knots.time_s, k, k_end, now_s)
     while True:
-        ux, uy, uvx, uvy, u_until_s = piece_at(flight, i, i_end, now_s)
-        px, py, pvx, pvy, p_until_s = piece_at((time_s, x_m, y_m), k, k_end, now_s)
-        until_s = min(to_s, u_until_s, p_until_s)
-        after_s = first_within(
-            (px - ux, py - uy), (pvx - uvx, pvy - uvy), until_s - now_s, radius_m
-        )
+        uav = motion_at(flight, i, i_end, now_s)
+        seen = motion_at(knots, k, k_end, now_s)
+        until_s = min(to_s, uav.until_s, seen.until_s)
+        offset = (seen.x_m - uav.x_m, seen.y_m - uav.y_m)
+        drift = (seen.vx_mps - uav.vx_mps, seen.vy_mps - uav.vy_mps)
+        after_s = first_within(offset, drift, until_s - now_s, radius_m)
         if after_s < np.inf:
-            return now_s + after_s
+            return float(now_s + after_s)
         if until_s >= to_s:
             return np.inf
-        i += u_until_s <= until_s
-        k += p_until_s <= until_s
+        i += uav.until_s <= until_s
+        k += seen.until_s <= until_s
         now_s = until_s
 
 
 @compiled
 def seen_by_flight(
-    flight: FlightColumns, sensor_on: Floats, futures: FuturesColumns, radius_m: float
+    flight: PathColumns, sensor_on: Floats, futures: FuturesColumns, radius_m: float
 ) -> Floats:
-    """Return the first second at which a flight sees each particle, (N,), infinity if never."""
-    particles = len(futures[3]) - 1
+    """Return the first second at which a flight sees each particle, (N,), infinity if never.
+
+    ``sensor_on`` holds from when to when the sensor is on, (S, 2) seconds.
+    """
+    particles, points = len(futures.gone), Rows(0, len(flight.time_s))
     seen_at = np.full(particles, np.inf)
     for particle in range(particles):
         for s in range(len(sensor_on)):
-            window = (sensor_on[s, 0], sensor_on[s, 1])
-            seen = seen_in_flight(flight, (0, len(flight[0])), futures, particle, window, radius_m)
-            if seen < np.inf:
-                seen_at[particle] = seen
+            window = Window(sensor_on[s, 0], sensor_on[s, 1])
+            seen_s = seen_in_flight(flight, points, futures, particle, window, radius_m)
+            if seen_s < np.inf:
+                seen_at[particle] = seen_s
                 break
     return seen_at

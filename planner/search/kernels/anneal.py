@@ -5,34 +5,76 @@ it waits for the rest. No move touches these two. Every chance that a move takes
 row of uniform draws.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels.closest_approach import FuturesColumns, last_at_or_before, piece_at
+from planner.detection.kernels.closest_approach import (
+    FuturesColumns,
+    Vector,
+    knots_of,
+    last_at_or_before,
+    motion_at,
+)
 from planner.jit import compiled
-from planner.search.kernels.cells import Crowd
+from planner.search.kernels.transits import Departure
 from planner.search.kernels.waypoints import (
     LEFT,
-    REWARD,
     SEEN,
     WAIT,
-    Found,
-    Goal,
-    Limits,
-    Marks,
-    Way,
+    Bar,
+    Change,
+    Surroundings,
+    Unseen,
+    WaypointFlight,
     X,
     Y,
     sweep,
 )
 
-Draw: TypeAlias = Floats  # (9,) uniform: kind, which, two for a normal, scale, ...
-World: TypeAlias = tuple[Crowd, float, Floats, Limits, Goal]
-Scale: TypeAlias = tuple[float, float]  # of a wide shift in metres, of a long wait in seconds
-Flight: TypeAlias = tuple[Way, Marks, Found]
+
+class Scale(NamedTuple):
+    """How wide moves are."""
+
+    shift_m: float  # of a wide shift
+    wait_s: float  # of a long wait
+
+
+class Rules(NamedTuple):
+    """What governs a round of M moves."""
+
+    heat: Floats  # (M,) temperature, in reward
+    margin: float  # as in ``Bar``
+    scale: Scale
+
+
+class Flights(NamedTuple):
+    """The flights that a round of moves works on."""
+
+    known: WaypointFlight
+    trial: WaypointFlight  # room for a changed flight
+    best_way: Floats  # (3, W) rows as in ``WaypointFlight``
+
+
+class Memory(NamedTuple):
+    """What moves remember from round to round."""
+
+    rank: Ints  # (N,) a particle's place among the known flight's sightings, or UNSEEN
+    last_round: Ints  # (N,) the round in which a particle was last seen
+    counts: Ints  # (3,) ROUNDS, BEST_MANY, TAKEN
+
+
+class Standing(NamedTuple):
+    """Where annealing stands."""
+
+    many: int  # waypoints of the known flight
+    reward: float  # of the known flight
+    best_reward: float
+
+
 UNSEEN = 1 << 30
+ROUNDS, BEST_MANY, TAKEN = 0, 1, 2  # rounds so far, waypoints of the best way, moves taken
 
 KINDS = 11
 SHIFT, ALONG, PAIR, INSERT, DELETE, DELAY, SWAP, TURN, MOVE, MEET, CUT = range(KINDS)
@@ -41,7 +83,7 @@ SHARES = np.cumsum(np.array([0.24, 0.2, 0.1, 0.1, 0.07, 0.04, 0.02, 0.02, 0.02, 
 
 
 @compiled
-def normal(draw: Draw) -> tuple[float, float]:
+def normal(draw: Floats) -> Vector:
     """Return two independent standard normal numbers."""
     far = np.sqrt(-2.0 * np.log(1.0 - draw[2]))
     angle = 2.0 * np.pi * draw[3]
@@ -49,7 +91,7 @@ def normal(draw: Draw) -> tuple[float, float]:
 
 
 @compiled
-def opened(way: Way, many: int, at: int) -> int:
+def insert_slot(way: Floats, many: int, at: int) -> int:
     """Make room for one waypoint at an index, a copy of the one there; return the new number."""
     for i in range(many, at, -1):
         way[:, i] = way[:, i - 1]
@@ -57,34 +99,35 @@ def opened(way: Way, many: int, at: int) -> int:
 
 
 @compiled
-def closed(way: Way, many: int, at: int, count: int) -> int:
-    """Take out some waypoints from an index on; return the new number."""
+def remove_slots(way: Floats, many: int, at: int, count: int) -> int:
+    """Remove some waypoints from an index on; return the new number."""
     for i in range(at, many - count):
         way[:, i] = way[:, i + count]
     return many - count
 
 
 @compiled
-def meeting(
-    futures: FuturesColumns, particle: int, place: tuple[float, float, float], speed_mps: float
-) -> tuple[float, float]:
+def meeting_place(
+    futures: FuturesColumns, particle: int, departure: Departure, speed_mps: float
+) -> Vector:
     """Return about where a UAV that sets out from a place and time meets a particle."""
-    time_s, x_m, y_m, first_knot, _ = futures
-    at_s, x, y = place
+    knots, first_knot = knots_of(futures), futures.first_knot
+    at_s, x, y = departure
     px, py = x, y
     for _ in range(6):
         k_end = first_knot[particle + 1]
-        k = last_at_or_before(time_s, first_knot[particle], k_end, at_s)
-        px, py, _, _, _ = piece_at((time_s, x_m, y_m), k, k_end, max(at_s, time_s[k]))
-        at_s = place[0] + np.hypot(px - x, py - y) / speed_mps
+        k = last_at_or_before(knots.time_s, first_knot[particle], k_end, at_s)
+        there = motion_at(knots, k, k_end, max(at_s, knots.time_s[k]))
+        px, py = there.x_m, there.y_m
+        at_s = departure.time_s + np.hypot(px - x, py - y) / speed_mps
     return px, py
 
 
 @compiled
-def shifted(way: Way, i: int, kind: int, draw: Draw, scale: Scale) -> None:
+def shift(way: Floats, i: int, kind: int, draw: Floats, scale: Scale) -> None:
     """Shift a waypoint: anywhere, or along the flight to it or from it."""
     a, b = normal(draw)
-    far_m = scale[0] * 10.0 ** (-2.7 * draw[4])
+    far_m = scale.shift_m * 10.0 ** (-2.7 * draw[4])
     if kind == ALONG:
         j = i - 1 if draw[5] < 0.5 else i + 1
         dx, dy = way[X, j] - way[X, i], way[Y, j] - way[Y, i]
@@ -102,11 +145,11 @@ def shifted(way: Way, i: int, kind: int, draw: Draw, scale: Scale) -> None:
 
 
 @compiled
-def inserted(way: Way, many: int, i: int, draw: Draw, scale: Scale) -> int:
+def insert(way: Floats, many: int, i: int, draw: Floats, scale: Scale) -> int:
     """Insert a waypoint near the flight to another one; return the new number."""
     a, b = normal(draw)
-    far_m = scale[0] * 10.0 ** (-2.7 * draw[4])
-    many = opened(way, many, i)
+    far_m = scale.shift_m * 10.0 ** (-2.7 * draw[4])
+    many = insert_slot(way, many, i)
     way[X, i] += draw[5] * (way[X, i - 1] - way[X, i]) + a * far_m
     way[Y, i] += draw[5] * (way[Y, i - 1] - way[Y, i]) + b * far_m
     way[WAIT, i] = 0.0
@@ -114,34 +157,35 @@ def inserted(way: Way, many: int, i: int, draw: Draw, scale: Scale) -> int:
 
 
 @compiled
-def met_somewhere(
-    way: Way, many: int, known: tuple[Marks, Found], draw: Draw, world: tuple[Crowd, Limits]
-) -> tuple[int, int]:
-    """Fly to a particle some waypoints before it is seen now; return the new number, the first."""
-    marks, found = known
+def meet_earlier(
+    way: Floats, many: int, known: WaypointFlight, draw: Floats, around: Surroundings
+) -> Change:
+    """Fly to a particle some waypoints before it is seen now; return what has changed."""
+    marks, found = known.marks, known.found
     seen = int(marks[SEEN, many - 1])
     if seen == 0:
-        return many, 0
+        return Change(many, 0)
     j = min(seen - 1, int(draw[1] * seen))
     at = 1
     while at < many - 1 and marks[SEEN, at] <= j:
         at += 1
     i = max(1, at - int(5.0 * draw[2] * draw[2]))
-    place = (marks[LEFT, i - 1], way[X, i - 1], way[Y, i - 1])
-    x, y = meeting(world[0][0], found[0][j], place, world[1][4])
+    departure = Departure(marks[LEFT, i - 1], way[X, i - 1], way[Y, i - 1])
+    who, speed_mps = found.particle[j], around.limits.speed_mps
+    x, y = meeting_place(around.grid.futures, who, departure, speed_mps)
     drop = min(int(3.0 * draw[3]), many - 1 - i)
     if drop > 0:
-        many = closed(way, many, i, drop)
-    many = opened(way, many, i)
+        many = remove_slots(way, many, i, drop)
+    many = insert_slot(way, many, i)
     a = 1.0 if draw[5] < 0.5 else draw[6]
     way[X, i] = way[X, i - 1] + a * (x - way[X, i - 1])
     way[Y, i] = way[Y, i - 1] + a * (y - way[Y, i - 1])
     way[WAIT, i] = 0.0
-    return many, i
+    return Change(many, i)
 
 
 @compiled
-def reordered(way: Way, kind: int, i: int, inner: int, draw: Draw) -> int:
+def reorder(way: Floats, kind: int, i: int, inner: int, draw: Floats) -> int:
     """Swap two waypoints, turn a run of them round, or move one; return the first that changed."""
     far = 1 + int(5.0 * draw[2]) if kind != SWAP else 1
     j = min(i + far, inner)
@@ -162,22 +206,22 @@ def reordered(way: Way, kind: int, i: int, inner: int, draw: Draw) -> int:
 
 
 @compiled
-def delayed(way: Way, i: int, draw: Draw, scale: Scale) -> None:
+def delay(way: Floats, i: int, draw: Floats, scale: Scale) -> None:
     """Wait longer or less at a waypoint."""
     if way[WAIT, i] > 0.0 and draw[5] < 0.3:
         way[WAIT, i] = 0.0
         return
-    longer_s = -np.log(1.0 - draw[2]) * scale[1] * 10.0 ** (-2.0 * draw[4])
+    longer_s = -np.log(1.0 - draw[2]) * scale.wait_s * 10.0 ** (-2.0 * draw[4])
     way[WAIT, i] = max(0.0, way[WAIT, i] + (longer_s if draw[6] < 0.5 else -longer_s))
 
 
 @compiled
-def chosen(known: tuple[Marks, Found], many: int, last: int, draw: Draw) -> int:
-    """Return a waypoint from 1 to ``last``: half of the time rather where much is still to be seen.
+def drawn_waypoint(marks: Floats, many: int, last: int, draw: Floats) -> int:
+    """Return a random waypoint from 1 to ``last``.
 
-    That is one of those up to the sighting of a random particle.
+    Every other time it is one up to which a random particle is seen: so waypoints are preferred
+    after which much is still to be seen.
     """
-    marks = known[0]
     seen = marks[SEEN, many - 1]
     if draw[8] < 0.5 and seen > 0:
         j = draw[8] * 2.0 * seen
@@ -189,115 +233,97 @@ def chosen(known: tuple[Marks, Found], many: int, last: int, draw: Draw) -> int:
 
 
 @compiled
-def moved(
-    way: Way,
+def change_way(
+    way: Floats,
     many: int,
-    known: tuple[Marks, Found],
-    draw: Draw,
-    world: tuple[Crowd, Limits],
+    known: WaypointFlight,
+    draw: Floats,
+    around: Surroundings,
     scale: Scale,
-) -> tuple[int, int]:
-    """Change a way by one move; return its number of waypoints, and the first that changed.
+) -> Change:
+    """Change a way, a copy of the known one, by one move; return what has changed.
 
-    0 if nothing changed.
+    It begins at 0 if nothing has changed. ``draw`` (9,) is uniform: kind, which, two for a normal
+    number, scale, ...
     """
+    marks = known.marks
     kind = np.searchsorted(SHARES, draw[0] * SHARES[-1], side="right")
     useful = many - 1
-    while useful > 1 and known[0][SEEN, useful - 1] == known[0][SEEN, many - 1]:
+    while useful > 1 and marks[SEEN, useful - 1] == marks[SEEN, many - 1]:
         useful -= 1
     inner = min(useful, many - 2)  # the last one that may be changed
     if kind == MEET and many < way.shape[1]:
-        return met_somewhere(way, many, known, draw, world)
+        return meet_earlier(way, many, known, draw, around)
     if kind == INSERT or inner < 1:
         if many == way.shape[1]:
-            return many, 0
-        i = chosen(known, many, useful, draw)
-        return inserted(way, many, i, draw, scale), i
-    i = chosen(known, many, inner, draw)
+            return Change(many, 0)
+        i = drawn_waypoint(marks, many, useful, draw)
+        return Change(insert(way, many, i, draw, scale), i)
+    i = drawn_waypoint(marks, many, inner, draw)
     if kind == DELETE:
-        return closed(way, many, i, 1), i
+        return Change(remove_slots(way, many, i, 1), i)
     if kind == CUT:
-        return closed(way, many, i, min(1 + int(4.0 * draw[2]), inner - i + 1)), i
+        count = min(1 + int(4.0 * draw[2]), inner - i + 1)
+        return Change(remove_slots(way, many, i, count), i)
     if kind == DELAY:
-        delayed(way, i, draw, scale)
-        return many, i
+        delay(way, i, draw, scale)
+        return Change(many, i)
     if kind in (SWAP, TURN, MOVE):
-        return many, reordered(way, kind, i, inner, draw)
+        return Change(many, reorder(way, kind, i, inner, draw))
     if kind == PAIR and i == inner:
         kind = SHIFT
-    shifted(way, i, kind, draw, scale)
-    return many, i
+    shift(way, i, kind, draw, scale)
+    return Change(many, i)
 
 
 @compiled
-def taken_over(many: int, begin: int, now: Flight, trial: Flight, place: Ints) -> None:
+def take_over(change: Change, known: WaypointFlight, trial: WaypointFlight, rank: Ints) -> None:
     """Make a trial the known flight: from its first changed waypoint on."""
-    way, marks, found = now
+    many, begin = change
+    marks, found = known.marks, known.found
     stands = int(marks[SEEN, begin - 1])
     for j in range(stands, int(marks[SEEN].max())):
-        place[found[0][j]] = UNSEEN
-    for j in range(stands, int(trial[1][SEEN, many - 1])):
-        found[0][j], found[1][j] = trial[2][0][j], trial[2][1][j]
-        place[found[0][j]] = j
-    way[:, :many] = trial[0][:, :many]
-    marks[:, begin:many] = trial[1][:, begin:many]
+        rank[found.particle[j]] = UNSEEN
+    for j in range(stands, int(trial.marks[SEEN, many - 1])):
+        found.particle[j], found.seen_at[j] = trial.found.particle[j], trial.found.seen_at[j]
+        rank[found.particle[j]] = j
+    known.way[:, :many] = trial.way[:, :many]
+    marks[:, begin:many] = trial.marks[:, begin:many]
     marks[:, many:] = 0.0
 
 
 @compiled
 def anneal(
-    known: tuple[int, float],
-    flights: tuple[Flight, Flight, Way],
-    books: tuple[Ints, Ints, Ints],
-    world: World,
+    standing: Standing,
+    flights: Flights,
+    memory: Memory,
+    around: Surroundings,
     draws: Floats,
-    rules: tuple[Floats, float, Scale],
-) -> tuple[int, float, float]:
-    """Try one move per row of draws.
-
-    Parameters
-    ----------
-    known
-        Number of waypoints of the known flight, and the reward of the best one.
-    flights
-        The known flight, room for a trial, and the best way so far.
-    books
-        ``place`` and ``met`` as in ``Book``, and counts: rounds, waypoints of the best way,
-        moves taken.
-    rules
-        Per move the temperature, in reward; how far below its bar, in reward, a flight must be
-        likely to end to be given up; and the scale of moves.
-
-    Returns
-    -------
-    many, reward, best
-        The number of waypoints then, and the rewards of the known and the best flight.
-    """
-    now, trial, best_way = flights
-    place, met, counts = books
-    heat, margin, scale = rules
-    way, marks, found = now
-    many, best = known
-    reward = marks[REWARD, many - 1]
+    rules: Rules,
+) -> Standing:
+    """Try one move per row of draws, (M, 9) uniform numbers; return where annealing then stands."""
+    known, trial, best_way = flights
+    rank, last_round, counts = memory
+    many, reward, best_reward = standing
     for m in range(len(draws)):
-        counts[0] += 1
-        trial[0][:, :many] = way[:, :many]
-        seeing = (world[0], world[3])
-        count, begin = moved(trial[0], many, (marks, found), draws[m], seeing, scale)
-        if begin < 1:
+        counts[ROUNDS] += 1
+        trial.way[:, :many] = known.way[:, :many]
+        change = change_way(trial.way, many, known, draws[m], around, rules.scale)
+        before = change.begin - 1
+        if before < 0:
             continue
-        trial[1][:, begin - 1] = marks[:, begin - 1]
-        least = reward + heat[m] * np.log(1.0 - draws[m, 7])
-        book = (place, met, int(marks[SEEN, begin - 1]), int(counts[0]))
-        bar = (least, margin, marks, many)
-        made = sweep((trial[0], count, begin), (trial[1], trial[2], book), world, bar)
+        trial.marks[:, before] = known.marks[:, before]
+        least = reward + rules.heat[m] * np.log(1.0 - draws[m, 7])
+        unseen = Unseen(rank, last_round, int(known.marks[SEEN, before]), int(counts[ROUNDS]))
+        bar = Bar(least, rules.margin, known.marks, many)
+        made = sweep(trial, change, unseen, around, bar)
         if made < least:
             continue
-        taken_over(count, begin, now, trial, place)
-        many, reward = count, made
-        counts[2] += 1
-        if reward > best:
-            best = reward
-            best_way[:, :many] = way[:, :many]
-            counts[1] = many
-    return many, reward, best
+        take_over(change, known, trial, rank)
+        many, reward = change.many, made
+        counts[TAKEN] += 1
+        if reward > best_reward:
+            best_reward = reward
+            best_way[:, :many] = known.way[:, :many]
+            counts[BEST_MANY] = many
+    return Standing(many, reward, best_reward)

@@ -4,82 +4,157 @@ A state is a road order: where and when it ends, and what it has seen. States wa
 time; of each bucket the most promising go on, along every way that leads from their node.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Floats, Ints, Offsets
+from planner.detection.kernels.closest_approach import Rows
 from planner.jit import compiled
-from planner.search.kernels.transits import Ends, Place
-from planner.search.kernels.what_if import Flights, World, fly_all, reward_of, score_all
-
-# Per node: first (V + 1,), leg (Y,), which of the node's hops leads to the leg (Y,), -1: none.
-Ways: TypeAlias = tuple[Offsets, Ints, Ints]
-# Per node: first (V + 1,), by bearing: bearing (Z,), unit vector (Z, 2), seconds (Z,).
-Hops: TypeAlias = tuple[Offsets, Floats, Floats, Floats]
-# to_node (L,), duration (L,), node places (V, 2), way home by node (V,) s, weights (N,).
-Roads: TypeAlias = tuple[Ints, Floats, Floats, Floats, Floats]
-Setting: TypeAlias = tuple[Ways, Hops, Roads, World]
-Goal: TypeAlias = tuple[float, float, float]  # horizon, deadline (inf: none), latest end; seconds
-# What the first legs see: where each one's particles start, the particles; and who was unseen.
-FirstFlights: TypeAlias = tuple[Offsets, Ints, Flags]
-RewardToGo: TypeAlias = tuple[Floats, float, float]  # reward per unseen weight by time; from, step
-Tree: TypeAlias = Ints  # (4, M), rows as below, -1: none
-Worth: TypeAlias = Floats  # (4, M), rows as below
+from planner.search.kernels.transits import Departure, Transits
+from planner.search.kernels.what_if import Candidates, SearchIndex, fly_all, reward_of, score_all
 
 PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of the unseen's bits
 END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not seen
+KNOWN, SLOTS, BEST, FLIGHTS = 0, 1, 2, 3  # states known, slots used, the best state, flights made
 
 SAME = 1e-9  # states at the same node that differ less in time and reward are one
 
 
+class BeamWays(NamedTuple):
+    """The legs that can follow at each node, at once or after a hop to another node."""
+
+    first: Offsets  # (V + 1,) where a node's ways start
+    leg: Ints  # (Y,) leg index
+    hop: Ints  # (Y,) which of the node's hops leads to the leg, -1: none, it starts here
+
+
+class BeamHops(NamedTuple):
+    """The straight flights from each node to others in reach, by rising bearing."""
+
+    first: Offsets  # (V + 1,) where a node's hops start
+    bearing: Floats  # (Z,)
+    way: Floats  # (Z, 2) unit vectors
+    lasts_s: Floats  # (Z,) seconds of flight
+
+
+class LegEnds(NamedTuple):
+    """Where legs lead."""
+
+    to_node: Ints  # (L,) node index
+    duration_s: Floats  # (L,) seconds to fly the road
+    node_xy_m: Floats  # (V, 2) metres
+    home_s: Floats  # (V,) seconds of flight from a node to where the UAV has to land
+
+
+class BeamSetting(NamedTuple):
+    """What a beam moves in."""
+
+    ways: BeamWays
+    hops: BeamHops
+    legs: LegEnds
+    landing_s: float  # seconds on the target's clock
+    search_index: SearchIndex
+
+
+class FirstSeen(NamedTuple):
+    """What the orders of one leg have seen."""
+
+    first: Offsets  # (C + 1,) where an order's particles start
+    particle: Ints  # (M,)
+    miss: Floats  # (N,) probability that a particle is unseen before all orders: 0 or 1
+
+
+class ToGo(NamedTuple):
+    """What unseen particles usually bring from a time on."""
+
+    brings: Floats  # (B,) reward per unit of weight
+    first_s: float  # seconds, the first entry's time
+    step_s: float  # seconds from entry to entry
+
+
+class BeamStates(NamedTuple):
+    """The orders known so far, with room for more: M in all.
+
+    An order is its parent, which is one leg shorter, and its last leg. As the sensor is perfect,
+    a particle is either seen or unseen, and one bit says which.
+    """
+
+    links: Ints  # (4, M) rows PARENT, LEG, NEXT, SLOT; -1: none
+    figures: Floats  # (4, M) rows END (s), REWARD, UNSEEN, PROMISE
+    masks: Ints  # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each
+    heads: Ints  # (B,) the first state of each bucket's chain, -1: none
+    counts: Ints  # (4,) KNOWN, SLOTS, BEST, FLIGHTS
+
+
+class Bucket(NamedTuple):
+    """A stretch of time whose states compete."""
+
+    number: int
+    width: int  # how many of its states go on
+    begin_s: float  # when bucket 0 begins, seconds
+    lasts_s: float  # length of a bucket, seconds
+
+
 @compiled
 def set_out(
-    moment_s: float, node: int, ways: tuple[int, int], setting: Setting
-) -> tuple[Place, Flights, Ends]:
-    """Return some of the ways from a node, from (included) to (excluded), as flights from there."""
-    (_, leg, hop), (first, bearing, way, away_s), roads, _ = setting
+    moment_s: float, node: int, ways: Rows, setting: BeamSetting
+) -> tuple[Departure, Candidates, Transits]:
+    """Return some of the ways from a node as flights from there."""
+    hops, node_xy_m = setting.hops, setting.legs.node_xy_m
     y, y_end = ways
-    begin, end = first[node], first[node + 1]
+    begin, end = hops.first[node], hops.first[node + 1]
     return (
-        (moment_s, roads[2][node, 0], roads[2][node, 1]),
-        (leg[y:y_end], hop[y:y_end]),
-        (bearing[begin:end], way[begin:end], away_s[begin:end]),
+        Departure(moment_s, node_xy_m[node, 0], node_xy_m[node, 1]),
+        Candidates(setting.ways.leg[y:y_end], setting.ways.hop[y:y_end]),
+        Transits(hops.bearing[begin:end], hops.way[begin:end], hops.lasts_s[begin:end]),
     )
 
 
 @compiled
-def room_for(count: int, tree: Tree, worth: Worth) -> tuple[Tree, Worth]:
+def with_room_for(count: int, states: BeamStates) -> BeamStates:
     """Return the same states with room for ``count`` at least."""
-    many = tree.shape[1]
+    links, figures, masks, heads, counts = states
+    many = links.shape[1]
     if count <= many:
-        return tree, worth
-    wide_tree = np.full((4, 2 * count), -1, dtype=np.int32)
-    wide_worth = np.empty((4, 2 * count))
-    wide_tree[:, :many], wide_worth[:, :many] = tree, worth
-    return wide_tree, wide_worth
+        return states
+    more_links = np.full((4, 2 * count), -1, dtype=np.int32)
+    more_figures = np.empty((4, 2 * count))
+    more_links[:, :many], more_figures[:, :many] = links, figures
+    return BeamStates(more_links, more_figures, masks, heads, counts)
 
 
 @compiled
-def pack(unseen: Flags, mask: Ints) -> None:
-    """Write flags (N,) into bits, (ceil(N / 8),) bytes."""
+def with_a_free_slot(states: BeamStates) -> BeamStates:
+    """Return the same states with room for one more mask at least."""
+    links, figures, masks, heads, counts = states
+    if counts[SLOTS] < len(masks):
+        return states
+    more = np.empty((2 * len(masks), masks.shape[1]), dtype=np.uint8)
+    more[: len(masks)] = masks
+    return BeamStates(links, figures, more, heads, counts)
+
+
+@compiled
+def pack(miss: Floats, mask: Ints) -> None:
+    """Write into bits, (ceil(N / 8),) bytes, which particles are unseen, ``miss`` (N,) > 0."""
     mask[:] = 0
-    for k in range(len(unseen)):
-        if unseen[k]:
+    for k in range(len(miss)):
+        if miss[k] > 0.0:
             mask[k >> 3] |= np.uint8(1 << (k & 7))
 
 
 @compiled
-def unpack(mask: Ints, unseen: Flags) -> None:
-    """Write bits into flags, (N,)."""
-    for k in range(len(unseen)):
-        unseen[k] = (mask[k >> 3] >> (k & 7)) & 1 == 1
+def unpack(mask: Ints, miss: Floats) -> None:
+    """Write bits into ``miss``, (N,): 1 for an unseen particle, else 0."""
+    for k in range(len(miss)):
+        miss[k] = (mask[k >> 3] >> (k & 7)) & 1
 
 
 @compiled
-def promise(end_s: float, reward: float, unseen: float, outlook: RewardToGo) -> float:
+def promise(end_s: float, reward: float, unseen: float, to_go: ToGo) -> float:
     """Return the reward a state may come to: its own, and what its unseen usually bring."""
-    brings, first_s, step_s = outlook
+    brings, first_s, step_s = to_go
     at = min(max(0.0, (end_s - first_s) / step_s), len(brings) - 1.000001)
     low = int(at)
     here, next_ = brings[low], brings[low + 1]
@@ -87,30 +162,32 @@ def promise(end_s: float, reward: float, unseen: float, outlook: RewardToGo) -> 
 
 
 @compiled
-def fittest(head: int, width: int, tree: Tree, worth: Worth, to_node: Ints) -> Ints:
+def fittest(bucket: Bucket, states: BeamStates, to_node: Ints) -> Ints:
     """Return the most promising states of a bucket, twins only once, best first.
 
     Equal promise is settled by the order in which states came to be.
     """
-    many, i = 0, head
+    links, figures, width = states.links, states.figures, bucket.width
+    many, i = 0, states.heads[bucket.number]
     while i >= 0:
         many += 1
-        i = tree[NEXT, i]
+        i = links[NEXT, i]
     mine = np.empty(many, dtype=np.int32)
-    i = head
+    i = states.heads[bucket.number]
     for j in range(many):
         mine[many - 1 - j] = i
-        i = tree[NEXT, i]
+        i = links[NEXT, i]
     kept = np.empty(min(width, many), dtype=np.int32)
     count = 0
-    for j in np.argsort(-worth[PROMISE][mine], kind="mergesort"):
+    for j in np.argsort(-figures[PROMISE][mine], kind="mergesort"):
         i = mine[j]
         twin = False
         for other in kept[:count]:
+            alike = SAME * (1.0 + figures[REWARD, i])
             twin = twin or (
-                to_node[tree[LEG, other]] == to_node[tree[LEG, i]]
-                and abs(worth[END, other] - worth[END, i]) < SAME
-                and abs(worth[REWARD, other] - worth[REWARD, i]) < SAME * (1.0 + worth[REWARD, i])
+                to_node[links[LEG, other]] == to_node[links[LEG, i]]
+                and abs(figures[END, other] - figures[END, i]) < SAME
+                and abs(figures[REWARD, other] - figures[REWARD, i]) < alike
             )
         if not twin:
             kept[count] = i
@@ -121,89 +198,69 @@ def fittest(head: int, width: int, tree: Tree, worth: Worth, to_node: Ints) -> I
 
 
 @compiled
-def unseen_after(
-    i: int,
-    states: tuple[Tree, Worth, Ints],
-    flown: FirstFlights,
-    setting: Setting,
-    unseen: Flags,
+def miss_after(
+    i: int, states: BeamStates, flown: FirstSeen, setting: BeamSetting, miss: Floats
 ) -> None:
     """Find out which particles a state has not seen, (N,): its parent's, less its own leg's."""
-    ways, _, roads, world = setting
-    tree, worth, masks = states
-    parent = tree[PARENT, i]
+    links, ways = states.links, setting.ways
+    parent = links[PARENT, i]
     if parent < 0:
-        first, particle, unseen_at_start = flown
-        unseen[:] = unseen_at_start
-        for j in range(first[i], first[i + 1]):
-            unseen[particle[j]] = False
+        miss[:] = flown.miss
+        for j in range(flown.first[i], flown.first[i + 1]):
+            miss[flown.particle[j]] = 0.0
         return
-    unpack(masks[tree[SLOT, parent]], unseen)
-    node = roads[0][tree[LEG, parent]]
-    for y in range(ways[0][node], ways[0][node + 1]):
-        if ways[1][y] == tree[LEG, i]:
-            place, flights, ends = set_out(worth[END, parent], node, (y, y + 1), setting)
-            _, _, particle, _ = fly_all(place, flights, ends, unseen, world)
-            for who in particle:
-                unseen[who] = False
+    unpack(states.masks[links[SLOT, parent]], miss)
+    node = setting.legs.to_node[links[LEG, parent]]
+    for y in range(ways.first[node], ways.first[node + 1]):
+        if ways.leg[y] == links[LEG, i]:
+            moment_s = states.figures[END, parent]
+            departure, candidates, transits = set_out(moment_s, node, Rows(y, y + 1), setting)
+            seen = fly_all(departure, candidates, transits, miss, setting.search_index)
+            for who in seen.particle:
+                miss[who] = 0.0
 
 
 @compiled
 def grow(
-    bucket: tuple[int, int, float, float],
-    states: tuple[Tree, Worth, Ints, Ints, Ints],
-    setting: Setting,
-    goal: Goal,
-    outlook: RewardToGo,
-    flown: FirstFlights,
-) -> tuple[Tree, Worth, Ints, Ints]:
-    """Let the fittest states of one bucket go on along every way; return the states then known.
-
-    Parameters
-    ----------
-    bucket
-        Its number, how many states go on, when bucket 0 begins and how long each is, seconds.
-    states
-        Tree and worth, the bits of unseen particles by slot, the head of each bucket's chain,
-        and four numbers: states known, slots used, the best state, flights made.
-    flown
-        What the orders of one leg have seen.
-    """
-    number, width, begin_s, bucket_s = bucket
-    tree, worth, masks, heads, counts = states
-    ways, _, (to_node, duration_s, _, home_s, weight), world = setting
-    unseen = np.empty(len(weight), dtype=np.bool_)
-    for i in fittest(heads[number], width, tree, worth, to_node):
-        now_s, node = worth[END, i], to_node[tree[LEG, i]]
-        most = worth[REWARD, i] + worth[UNSEEN, i] * reward_of(now_s, (goal[0], goal[1]))
-        if most <= worth[REWARD, counts[2]] * (1.0 + SAME):
+    bucket: Bucket, states: BeamStates, setting: BeamSetting, to_go: ToGo, flown: FirstSeen
+) -> BeamStates:
+    """Let the fittest states of one bucket go on along every way; return the states then known."""
+    to_node, duration_s, _, home_s = setting.legs
+    goal, ways, counts = setting.search_index.goal, setting.ways, states.counts
+    miss = np.empty(len(setting.search_index.weight))
+    for i in fittest(bucket, states, to_node):
+        now_s, node = states.figures[END, i], to_node[states.links[LEG, i]]
+        most = states.figures[REWARD, i] + states.figures[UNSEEN, i] * reward_of(now_s, goal)
+        if most <= states.figures[REWARD, counts[BEST]] * (1.0 + SAME):
             continue
-        unseen_after(i, (tree, worth, masks), flown, setting, unseen)
-        if counts[1] == len(masks):
-            wider = np.empty((2 * len(masks), masks.shape[1]), dtype=np.uint8)
-            wider[: len(masks)] = masks
-            masks = wider
-        tree[SLOT, i] = counts[1]
-        pack(unseen, masks[counts[1]])
-        counts[1] += 1
-        place, flights, ends = set_out(now_s, node, (ways[0][node], ways[0][node + 1]), setting)
-        aim = (weight, (goal[0], goal[1]))
-        start_s, earned, seen = score_all(place, flights, ends, unseen, world, aim)
-        counts[3] += len(start_s)
-        tree, worth = room_for(counts[0] + len(start_s), tree, worth)
-        for c in range(len(start_s)):
-            leg = flights[0][c]
-            end_s = start_s[c] + duration_s[leg]
-            if end_s + home_s[to_node[leg]] > goal[2] or reward_of(start_s[c], aim[1]) <= 0.0:
+        miss_after(i, states, flown, setting, miss)
+        states = with_a_free_slot(states)
+        states.links[SLOT, i] = counts[SLOTS]
+        pack(miss, states.masks[counts[SLOTS]])
+        counts[SLOTS] += 1
+        onward = Rows(ways.first[node], ways.first[node + 1])
+        departure, candidates, transits = set_out(now_s, node, onward, setting)
+        earned = score_all(departure, candidates, transits, miss, setting.search_index)
+        counts[FLIGHTS] += len(candidates.leg)
+        states = with_room_for(counts[KNOWN] + len(candidates.leg), states)
+        links, figures = states.links, states.figures
+        for c in range(len(candidates.leg)):
+            leg, start_s = candidates.leg[c], earned.start_s[c]
+            end_s = start_s + duration_s[leg]
+            too_late = end_s + home_s[to_node[leg]] > setting.landing_s
+            if too_late or reward_of(start_s, goal) <= 0.0:
                 continue
-            new, later = counts[0], max(number + 1, int((end_s - begin_s) / bucket_s))
-            counts[0] += 1
-            tree[PARENT, new], tree[LEG, new] = i, leg
-            worth[END, new], worth[REWARD, new] = end_s, worth[REWARD, i] + earned[c]
-            worth[UNSEEN, new] = max(0.0, worth[UNSEEN, i] - seen[c])
-            worth[PROMISE, new] = promise(end_s, worth[REWARD, new], worth[UNSEEN, new], outlook)
-            if later < len(heads):
-                tree[NEXT, new], heads[later] = heads[later], new
-            if worth[REWARD, new] > worth[REWARD, counts[2]]:
-                counts[2] = new
-    return tree, worth, masks, counts
+            new = counts[KNOWN]
+            counts[KNOWN] += 1
+            links[PARENT, new], links[LEG, new] = i, leg
+            figures[END, new], figures[REWARD, new] = end_s, figures[REWARD, i] + earned.reward[c]
+            figures[UNSEEN, new] = max(0.0, figures[UNSEEN, i] - earned.seen[c])
+            figures[PROMISE, new] = promise(
+                end_s, figures[REWARD, new], figures[UNSEEN, new], to_go
+            )
+            later = max(bucket.number + 1, int((end_s - bucket.begin_s) / bucket.lasts_s))
+            if later < len(states.heads):
+                links[NEXT, new], states.heads[later] = states.heads[later], new
+            if figures[REWARD, new] > figures[REWARD, counts[BEST]]:
+                counts[BEST] = new
+    return states

@@ -1,25 +1,71 @@
 """Where all particles are, compiled: by cell, and by slab of time as long as they move.
 
-Particles on the move stand in every cell that they touch during a slab, those at rest in their
-cell by when they came to rest. So who looks into the cells within the radius of a piece of flight,
-in its own slabs, misses nobody.
+Particles on the move are listed in every cell that they touch during a slab, those at rest in
+their cell by when they came to rest. So whoever looks into the cells within the radius of a piece
+of flight, in the slabs of that piece, misses nobody.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import FuturesColumns, last_at_or_before, piece_at
+from planner.detection.kernels.closest_approach import (
+    FuturesColumns,
+    PathColumns,
+    Rows,
+    Vector,
+    Window,
+    knots_of,
+    last_at_or_before,
+    motion_at,
+)
 from planner.jit import compiled
 from planner.search.kernels.passages import Box, cell_range
 
-Slabs: TypeAlias = tuple[float, float, int]  # when the first begins, how long each is, how many
-# first (slabs x cells + 1,), particle, its knot at the slab's begin (M,)
-Moving: TypeAlias = tuple[Offsets, Ints, Ints]
-# first (cells + 1,), particle, since when (rising within a cell), x, y (N,)
-Resting: TypeAlias = tuple[Offsets, Ints, Floats, Floats, Floats]
-Crowd: TypeAlias = tuple[FuturesColumns, Box, Slabs, Moving, Resting]
+
+class Slabs(NamedTuple):
+    """Equal spans of time, one after the other."""
+
+    begin_s: float  # when the first one begins
+    lasts_s: float  # how long each is
+    many: int
+
+
+class Moving(NamedTuple):
+    """The particles on the move by slab and cell, cells as in ``Box``."""
+
+    first: Offsets  # (slabs * cells + 1,) where a cell's entries start
+    particle: Ints  # (M,)
+    knot: Ints  # (M,) the particle's knot when the slab begins
+
+
+class Resting(NamedTuple):
+    """The particles at rest by cell; within a cell the first to rest first."""
+
+    first: Offsets  # (cells + 1,) where a cell's entries start
+    particle: Ints  # (M,)
+    since_s: Floats  # (M,) seconds on the target's clock
+    x_m: Floats  # (M,) metres
+    y_m: Floats  # (M,) metres
+
+
+class SpaceTimeGrid(NamedTuple):
+    """All particles by cell and slab."""
+
+    futures: FuturesColumns
+    box: Box
+    slabs: Slabs
+    moving: Moving
+    resting: Resting
+
+
+class Entries(NamedTuple):
+    """Room for the entries of ``Moving``."""
+
+    particle: Ints  # (M,)
+    knot: Ints  # (M,)
+
 
 CELLS = 64  # across the whole box, either way; more find less but cost more to look up
 
@@ -27,138 +73,134 @@ CELLS = 64  # across the whole box, either way; more find less but cost more to 
 @compiled
 def cells_around(futures: FuturesColumns, radius_m: float, many: int) -> Box:
     """Return a box of at most about ``many`` times ``many`` cells around all places."""
-    _, x_m, y_m, _, _ = futures
+    x_m, y_m = futures.x_m, futures.y_m
     if len(x_m) == 0:
-        return 0.0, 0.0, 1.0, 1, 1
+        return Box(0.0, 0.0, 1.0, 1, 1)
     west, south = x_m.min(), y_m.min()
     width, height = x_m.max() - west, y_m.max() - south
     size = max(2.0 * radius_m, width / many, height / many, 1e-3)
-    return west, south, size, int(width / size) + 1, int(height / size) + 1
+    return Box(west, south, size, int(width / size) + 1, int(height / size) + 1)
 
 
 @compiled
 def slab_at(slabs: Slabs, moment_s: float) -> int:
     """Return the slab that holds a moment, the later one of two; the first for all before it."""
-    s = max(0, int((moment_s - slabs[0]) / slabs[1]))
-    while s > 0 and slabs[0] + s * slabs[1] > moment_s:
+    s = max(0, int((moment_s - slabs.begin_s) / slabs.lasts_s))
+    while s > 0 and slabs.begin_s + s * slabs.lasts_s > moment_s:
         s -= 1
-    while slabs[0] + (s + 1) * slabs[1] <= moment_s:
+    while slabs.begin_s + (s + 1) * slabs.lasts_s <= moment_s:
         s += 1
     return s
 
 
 @compiled
-def stretch(
-    motion: tuple[Floats, Floats, Floats], knots: tuple[int, int], low_s: float, high_s: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the rectangle that a particle touches in a time span: its lower and upper corner."""
-    k, k_end = knots
-    x, y, vx, vy, until_s = piece_at(motion, k, k_end, max(low_s, motion[0][k]))
+def touched(knots: PathColumns, own: Rows, span: Window) -> tuple[Vector, Vector]:
+    """Return the rectangle that a particle touches in a time span: its lower and upper corner.
+
+    Parameters
+    ----------
+    own
+        The particle's knots, from the one at or before the span's begin on.
+    """
+    k, k_end = own
+    now_s = max(span.from_s, knots.time_s[k])
+    x, y, vx, vy, until_s = motion_at(knots, k, k_end, now_s)
     low_x, high_x, low_y, high_y = x, x, y, y
-    now_s = max(low_s, motion[0][k])
     while True:
-        over_s = min(high_s, until_s) - now_s
+        over_s = min(span.to_s, until_s) - now_s
         x, y = x + vx * over_s, y + vy * over_s
         low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
-        if until_s >= high_s or k + 1 >= k_end:
+        if until_s >= span.to_s or k + 1 >= k_end:
             break
         k, now_s = k + 1, until_s
-        x, y, vx, vy, until_s = piece_at(motion, k, k_end, now_s)
+        x, y, vx, vy, until_s = motion_at(knots, k, k_end, now_s)
         low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
     return (low_x, low_y), (high_x, high_y)
 
 
 @compiled
-def stand_in_cells(
-    who: int,
-    futures: FuturesColumns,
-    grid: tuple[Box, Slabs],
-    free: Offsets,
-    columns: tuple[Ints, Ints],
-    writing: bool,
+def enter_into_cells(
+    who: int, futures: FuturesColumns, box: Box, slabs: Slabs, free: Offsets, entries: Entries
 ) -> None:
-    """Write down a particle in each cell that it touches, by slab, until it comes to rest.
+    """Enter a particle into each cell that it touches, by slab, until it comes to rest.
 
-    Goes to the cell's free entry, which moves on; if not ``writing``, only this.
+    Goes to the cell's free entry, which moves on. Without room for entries it only counts.
     """
-    time_s, x_m, y_m, first_knot, _ = futures
-    box, slabs = grid
-    k, k_end = first_knot[who], first_knot[who + 1]
+    knots, writing = knots_of(futures), len(entries.knot) > 0
+    k, k_end = futures.first_knot[who], futures.first_knot[who + 1]
     if k == k_end:
         return
-    end_s = time_s[k_end - 1]
-    for s in range(slab_at(slabs, time_s[k]), slabs[2]):
-        low_s, high_s = slabs[0] + s * slabs[1], slabs[0] + (s + 1) * slabs[1]
-        if low_s > end_s or high_s < time_s[k]:
+    begin_s, end_s = knots.time_s[k], knots.time_s[k_end - 1]
+    for s in range(slab_at(slabs, begin_s), slabs.many):
+        low_s, high_s = slabs.begin_s + s * slabs.lasts_s, slabs.begin_s + (s + 1) * slabs.lasts_s
+        if low_s > end_s or high_s < knots.time_s[k]:
             break
-        k = last_at_or_before(time_s, k, k_end, low_s)
-        near = stretch((time_s, x_m, y_m), (k, k_end), low_s, min(high_s, end_s))
-        a, b, c, d = cell_range(box, near[0], near[1])
-        for row in range(c, d + 1):
-            at = (s * box[4] + row) * box[3]
-            for cell in range(at + a, at + b + 1):
+        k = last_at_or_before(knots.time_s, k, k_end, low_s)
+        low, high = touched(knots, Rows(k, k_end), Window(low_s, min(high_s, end_s)))
+        west, east, south, north = cell_range(box, low, high)
+        for row in range(south, north + 1):
+            at = (s * box.rows + row) * box.columns
+            for cell in range(at + west, at + east + 1):
                 if writing:
-                    columns[0][free[cell]], columns[1][free[cell]] = who, k
+                    entries.particle[free[cell]], entries.knot[free[cell]] = who, k
                 free[cell] += 1
 
 
 @compiled
 def moving_by_cell(futures: FuturesColumns, box: Box, slabs: Slabs) -> Moving:
     """Return for each slab and cell the particles that touch it before they come to rest."""
-    free = np.zeros(slabs[2] * box[3] * box[4], dtype=np.int64)
-    nothing = (np.empty(0, np.int32), np.empty(0, np.int32))
-    for who in range(len(futures[3]) - 1):
-        stand_in_cells(who, futures, (box, slabs), free, nothing, False)
+    free = np.zeros(slabs.many * box.columns * box.rows, dtype=np.int64)
+    none = Entries(np.empty(0, np.int32), np.empty(0, np.int32))
+    for who in range(len(futures.gone)):
+        enter_into_cells(who, futures, box, slabs, free, none)
     first = np.zeros(len(free) + 1, dtype=np.int64)
     first[1:] = np.cumsum(free)
     free[:] = first[:-1]
-    columns = (np.empty(first[-1], np.int32), np.empty(first[-1], np.int32))
-    for who in range(len(futures[3]) - 1):
-        stand_in_cells(who, futures, (box, slabs), free, columns, True)
-    return first, columns[0], columns[1]
+    entries = Entries(np.empty(first[-1], np.int32), np.empty(first[-1], np.int32))
+    for who in range(len(futures.gone)):
+        enter_into_cells(who, futures, box, slabs, free, entries)
+    return Moving(first, entries.particle, entries.knot)
 
 
 @compiled
 def resting_by_cell(futures: FuturesColumns, box: Box) -> Resting:
     """Return for each cell the particles that come to rest there, the first to rest first."""
     time_s, x_m, y_m, first_knot, gone = futures
-    particles = len(first_knot) - 1
-    first = np.zeros(box[3] * box[4] + 1, dtype=np.int64)
+    particles = len(gone)
+    first = np.zeros(box.columns * box.rows + 1, dtype=np.int64)
     cell_of = np.full(particles, -1)
     rests = np.full(particles, np.inf)
     for who in range(particles):
         last = first_knot[who + 1] - 1
         if last >= first_knot[who] and not gone[who]:
-            a, _, c, _ = cell_range(box, (x_m[last], y_m[last]), (x_m[last], y_m[last]))
-            cell_of[who] = min(c, box[4] - 1) * box[3] + min(a, box[3] - 1)
+            place = (x_m[last], y_m[last])
+            touches = cell_range(box, place, place)
+            column, row = min(touches.west, box.columns - 1), min(touches.south, box.rows - 1)
+            cell_of[who] = row * box.columns + column
             rests[who] = time_s[last]
             first[cell_of[who] + 1] += 1
     first = np.cumsum(first)
-    free = first.copy()
-    particle = np.empty(first[-1], dtype=np.int32)
-    columns = (np.empty(first[-1]), np.empty(first[-1]), np.empty(first[-1]))
+    free, many = first.copy(), first[-1]
+    resting = Resting(
+        first, np.empty(many, np.int32), np.empty(many), np.empty(many), np.empty(many)
+    )
     for who in np.argsort(rests, kind="mergesort"):
         if cell_of[who] >= 0:
             at, last = free[cell_of[who]], first_knot[who + 1] - 1
-            particle[at], columns[0][at] = who, rests[who]
-            columns[1][at], columns[2][at] = x_m[last], y_m[last]
+            resting.particle[at], resting.since_s[at] = who, rests[who]
+            resting.x_m[at], resting.y_m[at] = x_m[last], y_m[last]
             free[cell_of[who]] += 1
-    return first, particle, columns[0], columns[1], columns[2]
+    return resting
 
 
 @compiled
-def crowd_of(
-    futures: FuturesColumns, radius_m: float, fastest_mps: float, span: tuple[float, float]
-) -> Crowd:
-    """Return the particles by cell and slab, for flights in a span of time, seconds."""
+def grid_of(
+    futures: FuturesColumns, radius_m: float, fastest_mps: float, span: Window
+) -> SpaceTimeGrid:
+    """Return the particles by cell and slab, for flights in a span of time."""
     box = cells_around(futures, radius_m, CELLS)
-    lasts_s = max(span[1] - span[0], 1e-3)
-    slab_s = min(lasts_s, max(lasts_s / 1000.0, box[2] / max(fastest_mps, 1e-3)))
-    slabs = (span[0], slab_s, int(lasts_s / slab_s) + 1)
-    return (
-        futures,
-        box,
-        slabs,
-        moving_by_cell(futures, box, slabs),
-        resting_by_cell(futures, box),
-    )
+    lasts_s = max(span.to_s - span.from_s, 1e-3)
+    slab_s = min(lasts_s, max(lasts_s / 1000.0, box.size_m / max(fastest_mps, 1e-3)))
+    slabs = Slabs(span.from_s, slab_s, int(lasts_s / slab_s) + 1)
+    moving, resting = moving_by_cell(futures, box, slabs), resting_by_cell(futures, box)
+    return SpaceTimeGrid(futures, box, slabs, moving, resting)

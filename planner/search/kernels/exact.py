@@ -1,12 +1,10 @@
 """All orders of a small net: flown by shared prefixes, or by branch and bound; compiled.
 
-A prefix is the beginning of an order of legs. What has come of it, its state, fills one slot of
-``States``: flying one leg more makes the state in another slot, and all orders that begin alike
-share the work.
+A prefix is the beginning of an order of legs. Its state fills one slot of ``PrefixStates``: flying
+one leg more makes the state in another slot, and all orders that begin alike share the work.
 
-Motion comes in pieces, rows ``FROM, X, Y, VX, VY, UNTIL``: the place at the first second, the
-velocity, and the last second of a straight motion. Laid out once, they spare the millions of
-flights to come all divisions but the last.
+Motion comes in pieces, one row each, with the columns of ``kernels.motion``. Laid out once, they
+spare the millions of flights to come all divisions but the last.
 """
 
 from typing import NamedTuple
@@ -14,11 +12,19 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import first_in_reach, first_within
+from planner.detection.kernels.closest_approach import Rows, first_in_reach, first_within
 from planner.jit import compiled
+from planner.search.kernels.motion import BEGIN, END, VX, VY, X, Y
 
-FROM, X, Y, VX, VY, UNTIL = range(6)
 TIE_S = 1e-6  # times this close are equal
+
+
+class TimedPlace(NamedTuple):
+    """A time and a place."""
+
+    time_s: float
+    x_m: float
+    y_m: float
 
 
 class Case(NamedTuple):
@@ -40,14 +46,14 @@ class Case(NamedTuple):
     speed_mps: float  # of the UAV
     radius_m: float
     ends_s: float  # last second at which seeing any particle earns something
-    miss: float  # what a particle costs that is not seen by then
+    miss_cost: float  # what a particle costs that is not seen by then
     timed: bool  # one that is seen costs the second at which it is, else nothing
     tie: float  # values this close are equal
     landing_s: float
     in_transit: bool  # the sensor is on between roads too
 
 
-class States(NamedTuple):
+class PrefixStates(NamedTuple):
     """What has come of prefixes, one slot each; slot 0 is the take-off."""
 
     place: Ints  # (S,)
@@ -59,7 +65,7 @@ class States(NamedTuple):
 
 
 @compiled
-def fly(case: Case, states: States, before: int, leg: int, after: int) -> bool:
+def fly(case: Case, states: PrefixStates, before: int, leg: int, after: int) -> bool:
     """Put the state after one leg more into slot ``after``; False if the UAV lands before."""
     transit_s = case.transit_s[states.place[before], case.from_node[leg]]
     end_s = states.time_s[before] + transit_s + case.duration_s[leg]
@@ -71,11 +77,12 @@ def fly(case: Case, states: States, before: int, leg: int, after: int) -> bool:
     opens = 0
     for i in range(states.opens[before]):
         k = states.open[before, i]
-        seen_s = first_meeting(flight, rows, pieces, (first[k], first[k + 1]), case.radius_m)
+        particle = Rows(first[k], first[k + 1])
+        seen_s = meeting_in_flight(flight, rows, pieces, particle, case.radius_m)
         if seen_s <= case.ends_s:
             settled += case.weight[k] * cost(case, seen_s)
         elif case.until_s[k] <= end_s:
-            settled += case.weight[k] * case.miss
+            settled += case.weight[k] * case.miss_cost
         else:
             states.open[after, opens] = k
             opens += 1
@@ -93,7 +100,7 @@ def cost(case: Case, seen_s: float) -> float:
 
 
 @compiled
-def lay_flight(case: Case, states: States, before: int, leg: int) -> int:
+def lay_flight(case: Case, states: PrefixStates, before: int, leg: int) -> int:
     """Lay out the flight to a leg and along it, where the sensor is on; return its pieces."""
     flight, place, depart_s = states.flight, states.place[before], states.time_s[before]
     start_s = depart_s + case.transit_s[place, case.from_node[leg]]
@@ -101,35 +108,29 @@ def lay_flight(case: Case, states: States, before: int, leg: int) -> int:
     if case.in_transit and start_s > depart_s:
         x, y = case.place_xy_m[place]
         to_x, to_y = case.place_xy_m[case.from_node[leg]]
-        lay_straight(flight, (depart_s, x, y), (start_s, to_x, to_y))
+        lay_straight(flight, TimedPlace(depart_s, x, y), TimedPlace(start_s, to_x, to_y))
         rows = 1
     for piece in range(case.first_leg_piece[leg], case.first_leg_piece[leg + 1]):
         flight[rows] = case.leg_pieces[piece]
-        flight[rows, FROM] += start_s
-        flight[rows, UNTIL] += start_s
+        flight[rows, BEGIN] += start_s
+        flight[rows, END] += start_s
         rows += 1
     return rows
 
 
 @compiled
-def lay_straight(
-    flight: Floats, start: tuple[float, float, float], end: tuple[float, float, float]
-) -> None:
-    """Lay out a flight that begins straight, from one time and place to another, as a piece."""
-    lasts_s = end[0] - start[0]
-    flight[0] = (
-        start[0],
-        start[1],
-        start[2],
-        (end[1] - start[1]) / lasts_s,
-        (end[2] - start[2]) / lasts_s,
-        end[0],
-    )
+def lay_straight(flight: Floats, start: TimedPlace, end: TimedPlace) -> None:
+    """Lay out the straight flight from one time and place to another as the first piece."""
+    lasts_s = end.time_s - start.time_s
+    flight[0, X], flight[0, Y] = start.x_m, start.y_m
+    flight[0, VX] = (end.x_m - start.x_m) / lasts_s
+    flight[0, VY] = (end.y_m - start.y_m) / lasts_s
+    flight[0, BEGIN], flight[0, END] = start.time_s, end.time_s
 
 
 @compiled
-def first_meeting(
-    flight: Floats, rows: int, pieces: Floats, particle: tuple[int, int], radius_m: float
+def meeting_in_flight(
+    flight: Floats, rows: int, pieces: Floats, particle: Rows, radius_m: float
 ) -> float:
     """Return the first second at which a flight has a particle within the radius, or infinity.
 
@@ -138,23 +139,23 @@ def first_meeting(
     rows
         The pieces of the flight, from row 0 on.
     particle
-        Its pieces: rows from (included) to (excluded).
+        Its pieces.
     """
     i, (k, end) = 0, particle
-    while k < end and pieces[k, UNTIL] < flight[0, FROM]:
+    while k < end and pieces[k, END] < flight[0, BEGIN]:
         k += 1
     while i < rows and k < end:
-        from_s = max(flight[i, FROM], pieces[k, FROM])
-        until_s = min(flight[i, UNTIL], pieces[k, UNTIL])
+        from_s = max(flight[i, BEGIN], pieces[k, BEGIN])
+        until_s = min(flight[i, END], pieces[k, END])
         if from_s <= until_s:
-            flown_s, driven_s = from_s - flight[i, FROM], from_s - pieces[k, FROM]
+            flown_s, driven_s = from_s - flight[i, BEGIN], from_s - pieces[k, BEGIN]
             vx, vy = pieces[k, VX] - flight[i, VX], pieces[k, VY] - flight[i, VY]
             x = pieces[k, X] + pieces[k, VX] * driven_s - flight[i, X] - flight[i, VX] * flown_s
             y = pieces[k, Y] + pieces[k, VY] * driven_s - flight[i, Y] - flight[i, VY] * flown_s
             after_s = first_within((x, y), (vx, vy), until_s - from_s, radius_m)
             if after_s < np.inf:
-                return from_s + after_s
-        if flight[i, UNTIL] < pieces[k, UNTIL]:
+                return float(from_s + after_s)
+        if flight[i, END] < pieces[k, END]:
             i += 1
         else:
             k += 1
@@ -162,31 +163,33 @@ def first_meeting(
 
 
 @compiled
-def value(case: Case, states: States, slot: int) -> float:
+def value(case: Case, states: PrefixStates, slot: int) -> float:
     """Return the mean cost if the UAV flies no further, but home if it has to."""
     place, time_s = states.place[slot], states.time_s[slot]
     home_s = case.home_s[place]
     looks = case.in_transit and home_s > 0.0 and time_s + home_s <= case.landing_s
     if looks:
         x, y = case.place_xy_m[place]
-        end = (time_s + home_s, case.home_xy_m[0], case.home_xy_m[1])
-        lay_straight(states.flight, (time_s, x, y), end)
+        end = TimedPlace(time_s + home_s, case.home_xy_m[0], case.home_xy_m[1])
+        lay_straight(states.flight, TimedPlace(time_s, x, y), end)
     settled, rest = states.settled[slot], 0.0
     for i in range(states.opens[slot]):
         k = states.open[slot, i]
         seen_s = np.inf
         if looks:
-            particle = (case.first_piece[k], case.first_piece[k + 1])
-            seen_s = first_meeting(states.flight, 1, case.pieces, particle, case.radius_m)
+            particle = Rows(case.first_piece[k], case.first_piece[k + 1])
+            seen_s = meeting_in_flight(states.flight, 1, case.pieces, particle, case.radius_m)
         if seen_s <= case.ends_s:
             settled += case.weight[k] * cost(case, seen_s)
         else:
             rest += case.weight[k]
-    return settled + rest * case.miss
+    return float(settled + rest * case.miss_cost)
 
 
 @compiled
-def fly_orders(case: Case, states: States, first: int, alike: Offsets, values: Floats) -> None:
+def fly_orders(
+    case: Case, states: PrefixStates, first: int, alike: Offsets, values: Floats
+) -> None:
     """Fill in the value of every order of all roads that begins with a leg, in rising order.
 
     Depth first: slot d holds the prefix of d legs at hand, and ``alike[d]`` says how many orders
@@ -194,8 +197,9 @@ def fly_orders(case: Case, states: States, first: int, alike: Offsets, values: F
     the prefix's value.
     """
     legs = len(case.from_node)
-    leg_at = np.zeros(legs // 2 + 1, dtype=np.int32)
-    flown = np.zeros(legs // 2, dtype=np.bool_)
+    roads = legs // 2  # leg // 2 is the road of a leg
+    leg_at = np.zeros(roads + 1, dtype=np.int32)
+    flown = np.zeros(roads, dtype=np.bool_)
     leg_at[0] = first
     depth, done = 0, 0
     while True:
@@ -205,7 +209,7 @@ def fly_orders(case: Case, states: States, first: int, alike: Offsets, values: F
             flown[leg_at[depth] // 2] = False
         elif not flown[leg // 2]:
             fits = fly(case, states, depth, leg, depth + 1)
-            if fits and states.opens[depth + 1] > 0 and depth + 1 < legs // 2:
+            if fits and states.opens[depth + 1] > 0 and depth + 1 < roads:
                 flown[leg // 2] = True
                 depth += 1
                 leg_at[depth] = 0
@@ -228,21 +232,21 @@ def earliest_meeting(case: Case, place: int, time_s: float, particle: int) -> fl
     pieces = case.pieces
     px, py = case.place_xy_m[place]
     for k in range(case.first_piece[particle], case.first_piece[particle + 1]):
-        if pieces[k, UNTIL] < time_s:
+        if pieces[k, END] < time_s:
             continue
-        now_s = max(time_s, pieces[k, FROM])
-        driven_s = now_s - pieces[k, FROM]
+        now_s = max(time_s, pieces[k, BEGIN])
+        driven_s = now_s - pieces[k, BEGIN]
         x = pieces[k, X] + pieces[k, VX] * driven_s - px
         y = pieces[k, Y] + pieces[k, VY] * driven_s - py
         reach_m = case.radius_m + case.speed_mps * (now_s - time_s)
         after_s = first_in_reach((x, y), (pieces[k, VX], pieces[k, VY]), reach_m, case.speed_mps)
-        if after_s <= pieces[k, UNTIL] - now_s + TIE_S:  # what rounding puts past the end is met
-            return now_s + after_s
+        if after_s <= pieces[k, END] - now_s + TIE_S:  # what rounding puts past the end is met
+            return float(now_s + after_s)
     return np.inf
 
 
 @compiled
-def completion_bound(case: Case, states: States, slot: int, enough: float) -> float:
+def completion_bound(case: Case, states: PrefixStates, slot: int, enough: float) -> float:
     """Return the mean cost below which no continuation of a prefix can come.
 
     Every open particle counts the first second at which the UAV could meet it if it had nothing
@@ -255,10 +259,10 @@ def completion_bound(case: Case, states: States, slot: int, enough: float) -> fl
         k = states.open[slot, i]
         meeting_s = earliest_meeting(case, place, time_s, k)
         in_time = meeting_s <= latest_s
-        bound += case.weight[k] * (cost(case, meeting_s) if in_time else case.miss)
+        bound += case.weight[k] * (cost(case, meeting_s) if in_time else case.miss_cost)
         if bound >= enough:
             break
-    return bound
+    return float(bound)
 
 
 class Tree(NamedTuple):
@@ -266,7 +270,7 @@ class Tree(NamedTuple):
 
     bound: Floats  # (D, L) of the prefix at hand of d legs and one leg more; inf: nothing to do
     prefix: Ints  # (D,) the prefix at hand
-    flown: Flags  # (R,) its roads
+    flown: Flags  # (R,) its roads; that of a leg is leg // 2
     best: Ints  # (D,) the best order so far, then -1
 
 
@@ -277,7 +281,7 @@ def slot_of(case: Case, depth: int, leg: int) -> int:
 
 
 @compiled
-def branch(case: Case, states: States, tree: Tree, depth: int, best: float) -> float:
+def branch(case: Case, states: PrefixStates, tree: Tree, depth: int, best: float) -> float:
     """Fly every leg that can follow the prefix at hand, bound what follows; return the best."""
     before = slot_of(case, depth - 1, tree.prefix[depth - 1]) if depth > 0 else 0
     tree.bound[depth] = np.inf
@@ -298,7 +302,7 @@ def branch(case: Case, states: States, tree: Tree, depth: int, best: float) -> f
 
 @compiled
 def search(
-    case: Case, states: States, tree: Tree, depth: int, best: float, steps: int
+    case: Case, states: PrefixStates, tree: Tree, depth: int, best: float, steps: int
 ) -> tuple[int, float]:
     """Look for the order of least value, depth first, the lowest bound first.
 

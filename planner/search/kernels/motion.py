@@ -4,26 +4,49 @@ Each knot's piece of straight motion is one row with its velocity, so that no fl
 and a clock tells near which piece each particle is at a time, so that no flight has to search.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import FuturesColumns, first_within, piece_at
+from planner.detection.kernels.closest_approach import (
+    FuturesColumns,
+    Vector,
+    Window,
+    first_within,
+)
 from planner.jit import compiled
 
-# pieces (K, 6) as below; first_piece (N + 1,); end_s (N,), from when on a particle is nowhere
-# (inf: it rests where it ends, -inf: it is never anywhere); clock (B, N), the piece in which each
-# particle is at first_s + b step_s; first_s, step_s; the highest speed, m/s (inf: one jumps).
-Motion: TypeAlias = tuple[Floats, Offsets, Floats, Ints, float, float, float]
-# place x, y at a time, velocity x, y, and the time
-Straight: TypeAlias = tuple[float, float, float, float, float]
+
+class ParticleMotion(NamedTuple):
+    """How all particles move."""
+
+    pieces: Floats  # (K, 6) columns as below; the last piece of a particle never ends
+    first_piece: Offsets  # (N + 1,)
+    # (N,) seconds, from when on a particle is nowhere; inf: it rests where it ends, -inf: it is
+    # never anywhere
+    end_s: Floats
+    clock: Ints  # (B, N) the piece in which each particle is at second first_s + b * step_s
+    first_s: float
+    step_s: float
+    fastest_mps: float  # highest speed of any particle; inf: one jumps
+
+
+class Course(NamedTuple):
+    """A straight flight: where the UAV is at a time, and its velocity."""
+
+    x_m: float
+    y_m: float
+    vx_mps: float
+    vy_mps: float
+    at_s: float
+
 
 X, Y, VX, VY, BEGIN, END = 0, 1, 2, 3, 4, 5  # place and velocity at second BEGIN, and last second
 
 
 @compiled
-def nothing() -> int:
+def zero() -> int:
     """Return 0 as a number like any other: a function is compiled once more for each literal."""
     return int(np.int64(0))
 
@@ -42,20 +65,21 @@ def fastest(futures: FuturesColumns) -> float:
 
 
 @compiled
-def motion_of(futures: FuturesColumns) -> Motion:
-    """Return the motion of all particles; memory and time are linear in their knots."""
-    time_s, x_m, y_m, first_knot, gone = futures
-    many, knots = len(gone), len(time_s)
-    pieces, end_s = np.empty((knots, 6)), np.full(many, -np.inf)
+def motion_of(futures: FuturesColumns, straight: Floats) -> ParticleMotion:
+    """Return the motion of all particles; memory and time are linear in their knots.
+
+    Parameters
+    ----------
+    straight
+        The futures' pieces of straight motion, (K, 6) columns as above.
+    """
+    time_s, first_knot = futures.time_s, futures.first_knot
+    many, knots = len(futures.gone), len(time_s)
+    pieces, end_s = straight.copy(), np.full(many, -np.inf)
     for who in range(many):
-        k_end = first_knot[who + 1]
-        for k in range(first_knot[who], k_end):
-            x, y, vx, vy, until_s = piece_at((time_s, x_m, y_m), k, k_end, time_s[k])
-            pieces[k, X], pieces[k, Y], pieces[k, VX], pieces[k, VY] = x, y, vx, vy
-            pieces[k, BEGIN], pieces[k, END] = time_s[k], until_s
-            end_s[who] = until_s
-        if first_knot[who] < k_end and gone[who]:
-            end_s[who] = time_s[k_end - 1]
+        last = first_knot[who + 1] - 1
+        if last >= first_knot[who]:
+            end_s[who], pieces[last, END] = straight[last, END], np.inf
     first_s, last_s = np.inf, -np.inf
     for k in range(knots):
         first_s, last_s = min(first_s, time_s[k]), max(last_s, time_s[k])
@@ -67,14 +91,14 @@ def motion_of(futures: FuturesColumns) -> Motion:
             while k + 1 < first_knot[who + 1] and pieces[k, END] <= first_s + b * step_s:
                 k += 1
             clock[b, who] = k
-    return pieces, first_knot, end_s, clock, first_s, step_s, fastest(futures)
+    return ParticleMotion(pieces, first_knot, end_s, clock, first_s, step_s, fastest(futures))
 
 
 @compiled
-def bucket_of(motion: Motion, moment_s: float) -> int:
+def bucket_of(motion: ParticleMotion, moment_s: float) -> int:
     """Return the last row of the clock at or before a moment, or the first one."""
-    last = len(motion[3]) - 1
-    return int(min(max((moment_s - motion[4]) / motion[5], 0.0), last))
+    last = len(motion.clock) - 1
+    return int(min(max((moment_s - motion.first_s) / motion.step_s, 0.0), last))
 
 
 @compiled
@@ -86,22 +110,20 @@ def piece_from(pieces: Floats, k: int, last: int, moment_s: float) -> int:
 
 
 @compiled
-def place_in(pieces: Floats, k: int, moment_s: float) -> tuple[float, float]:
+def place_in(pieces: Floats, k: int, moment_s: float) -> Vector:
     """Return where a piece is at a moment, x and y."""
     since_s = moment_s - pieces[k, BEGIN]
     return pieces[k, X] + pieces[k, VX] * since_s, pieces[k, Y] + pieces[k, VY] * since_s
 
 
 @compiled
-def met(
-    flight: Straight, window: tuple[float, float], pieces: Floats, k: int, radius_m: float
-) -> float:
+def first_meeting(course: Course, window: Window, pieces: Floats, k: int, radius_m: float) -> float:
     """Return the first second at which a straight flight has a particle within the radius.
 
     Parameters
     ----------
     window
-        Seconds from and to between which the sensor is on and the particle somewhere.
+        When the sensor is on and the particle somewhere.
     k
         The particle's piece at the window's start.
 
@@ -110,7 +132,7 @@ def met(
     float
         Infinity if never.
     """
-    x, y, vx, vy, at_s = flight
+    x, y, vx, vy, at_s = course
     now_s, to_s = window
     while True:
         until_s = min(to_s, pieces[k, END])
@@ -122,7 +144,7 @@ def met(
         drift = (pieces[k, VX] - vx, pieces[k, VY] - vy)
         after_s = first_within(offset, drift, until_s - now_s, radius_m)
         if after_s < np.inf:
-            return now_s + after_s
+            return float(now_s + after_s)
         if until_s >= to_s:
             return np.inf
         now_s = until_s

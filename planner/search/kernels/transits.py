@@ -5,33 +5,115 @@ speed passes over it, and only in the directions in which the particle then lies
 same direction share a ray, which is flown once, to its farthest end.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Floats, Ints
+from planner.detection.kernels.closest_approach import Vector, Window
 from planner.jit import compiled
 from planner.search.kernels.motion import (
     BEGIN,
     END,
     VX,
     VY,
-    Motion,
+    Course,
+    ParticleMotion,
     X,
     Y,
     bucket_of,
-    met,
+    first_meeting,
     piece_from,
     place_in,
 )
 from planner.search.kernels.passages import padded
 
-Place: TypeAlias = tuple[float, float, float]  # time_s, x_m, y_m
-# Ends of transits by rising bearing: bearing (E,), unit vector there (E, 2), seconds there (E,).
-Ends: TypeAlias = tuple[Floats, Floats, Floats]
-Rays: TypeAlias = tuple[Floats, Floats, Floats]  # the same, seconds to the farthest end, (m,) each
-Chain: TypeAlias = tuple[Ints, Ints, Floats]  # next (M,), particle (M,), seen_at (M,)
-Sensing: TypeAlias = tuple[float, float, bool]  # radius, the UAV's speed, on in transit as well
+
+class Departure(NamedTuple):
+    """When and where the UAV sets out."""
+
+    time_s: float
+    x_m: float
+    y_m: float
+
+
+class Transits(NamedTuple):
+    """Straight flights from one place to E others, by rising bearing."""
+
+    bearing: Floats  # (E,) as ``bearing`` returns it
+    way: Floats  # (E, 2) unit vectors
+    lasts_s: Floats  # (E,) seconds of flight
+
+
+class Rays(NamedTuple):
+    """Directions in which transits fly, by rising bearing: m of them, each once."""
+
+    bearing: Floats  # (m,)
+    way: Floats  # (m, 2) unit vectors
+    lasts_s: Floats  # (m,) seconds of the longest transit along the ray
+
+
+class Chain(NamedTuple):
+    """Linked lists of sightings, M in all."""
+
+    following: Ints  # (M,) index of the list's next one, -1: it is the last
+    particle: Ints  # (M,)
+    seen_at: Floats  # (M,) seconds on the target's clock
+
+
+class Sensing(NamedTuple):
+    """How the UAV sees and flies."""
+
+    radius_m: float
+    speed_mps: float  # of the UAV
+    in_transit: bool  # the sensor is on between roads too
+
+
+class Reach(NamedTuple):
+    """Generous limits of where anybody can be seen."""
+
+    radius_m: float  # the detection radius, rather too large
+    speed_mps: float  # of the UAV, or the highest one of any particle
+
+
+class PieceAt(NamedTuple):
+    """A particle's piece of motion at a time."""
+
+    piece: int
+    last: int  # the particle's last piece
+    now_s: float
+
+
+class Facing(NamedTuple):
+    """Where a particle can be seen during a window, relative to where the UAV sets out."""
+
+    x_m: float  # middle of a disc outside which no UAV sees the particle meanwhile
+    y_m: float
+    near_m: float  # its radius
+    low: float  # the lowest bearing of all rays near the disc
+    wide: float  # and how far on from there they reach
+
+
+class Windows(NamedTuple):
+    """When and where m particles can be seen on any ray."""
+
+    particle: Ints  # (m,)
+    piece: Ints  # (m,) the particle's piece at from_s
+    from_s: Floats  # (m,)
+    to_s: Floats  # (m,)
+    x_m: Floats  # (m,) this and what follows as in ``Facing``
+    y_m: Floats  # (m,)
+    near_m: Floats  # (m,)
+    low: Floats  # (m,)
+    wide: Floats  # (m,)
+
+
+class RaySightings(NamedTuple):
+    """What is seen from one place along rays."""
+
+    here: Ints  # (h,) the particles seen at once, whatever the ray
+    head: Ints  # (m,) the first of each ray's further sightings in the chain, -1: none
+    chain: Chain
 
 
 @compiled
@@ -59,37 +141,31 @@ def bearings_of(offset: Floats) -> Floats:
 
 
 @compiled
-def rays_to(ends: Ends, wanted: Ints) -> tuple[Rays, Ints]:
-    """Return the rays that lead to all wanted ends, and the ray of each end, (E,), -1: unwanted.
+def rays_to(transits: Transits, wanted: Ints) -> tuple[Rays, Ints]:
+    """Return the rays along which wanted transits fly, and the ray of each transit, (E,), -1: none.
 
-    ``wanted`` holds indices of ends, -1 for none.
+    ``wanted`` holds indices of transits, -1 for none.
     """
-    bearings, ways, away_s = ends
-    many, count = len(bearings), 0
-    ray_of_end = np.full(many, -1, dtype=np.int32)
+    many, count = len(transits.bearing), 0
+    ray_of = np.full(many, -1, dtype=np.int32)
     for e in wanted:
         if e >= 0:
-            ray_of_end[e] = 0
-    rays: Rays = (np.empty(many), np.empty((many, 2)), np.zeros(many))
+            ray_of[e] = 0
+    rays = Rays(np.empty(many), np.empty((many, 2)), np.zeros(many))
     for e in range(many):
-        if ray_of_end[e] < 0:
+        if ray_of[e] < 0:
             continue
-        if count == 0 or rays[0][count - 1] != bearings[e]:
-            rays[0][count], rays[1][count, 0], rays[1][count, 1] = (
-                bearings[e],
-                ways[e, 0],
-                ways[e, 1],
-            )
+        if count == 0 or rays.bearing[count - 1] != transits.bearing[e]:
+            rays.bearing[count] = transits.bearing[e]
+            rays.way[count, 0], rays.way[count, 1] = transits.way[e, 0], transits.way[e, 1]
             count += 1
-        ray_of_end[e] = count - 1
-        rays[2][count - 1] = max(rays[2][count - 1], away_s[e])
-    return (rays[0][:count], rays[1][:count], rays[2][:count]), ray_of_end
+        ray_of[e] = count - 1
+        rays.lasts_s[count - 1] = max(rays.lasts_s[count - 1], transits.lasts_s[e])
+    return Rays(rays.bearing[:count], rays.way[:count], rays.lasts_s[:count]), ray_of
 
 
 @compiled
-def ring_reaches(
-    offset: tuple[float, float], drift: tuple[float, float], ring_m: float, speed_mps: float
-) -> float:
+def ring_reaches(offset: Vector, drift: Vector, ring_m: float, speed_mps: float) -> float:
     """Return the second from which on a growing circle around the origin has a body inside.
 
     The circle has radius ``ring_m`` at second 0 and grows with ``speed_mps``, which is more than
@@ -102,7 +178,7 @@ def ring_reaches(
         return 0.0
     a = speed_mps * speed_mps - vx * vx - vy * vy
     b = ring_m * speed_mps - qx * vx - qy * vy
-    return (np.sqrt(max(0.0, b * b + a * c)) - b) / a
+    return float((np.sqrt(max(0.0, b * b + a * c)) - b) / a)
 
 
 @compiled
@@ -111,14 +187,14 @@ def ring_passes(sensing: Sensing, fastest_mps: float) -> float:
 
     Infinity if particles are about as fast as the UAV: then they may outrun the ring.
     """
-    if fastest_mps >= 0.9 * sensing[1]:
+    if fastest_mps >= 0.9 * sensing.speed_mps:
         return np.inf
-    return 2.0 * padded(sensing[0]) / (sensing[1] - fastest_mps)
+    return 2.0 * padded(sensing.radius_m) / (sensing.speed_mps - fastest_mps)
 
 
 @compiled
 def ring_entry(
-    place: Place, reach: tuple[float, float], pieces: Floats, at: tuple[int, int, float]
+    departure: Departure, reach: Reach, pieces: Floats, before: PieceAt
 ) -> tuple[float, int]:
     """Return when the ring around a transit's UAV has a particle inside it, and its piece then.
 
@@ -128,14 +204,13 @@ def ring_entry(
     Parameters
     ----------
     reach
-        The detection radius, rather too large, and the UAV's speed.
-    at
-        The particle's piece at a second before which the ring has it not inside, its last piece,
-        and that second.
+        With the UAV's speed.
+    before
+        At a time before which the ring does not have the particle inside.
     """
-    start_s, x0, y0 = place
+    start_s, x0, y0 = departure
     reach_m, speed_mps = reach
-    k, last, now_s = at
+    k, last, now_s = before
     while k < last:
         x, y = pieces[k + 1, X] - x0, pieces[k + 1, Y] - y0
         ring_m = reach_m + speed_mps * (pieces[k, END] - start_s)
@@ -176,23 +251,19 @@ def first_from(values: Floats, low: float, start: int, end: int) -> int:
 
 
 @compiled
-def linked(chain: Chain, count: int) -> Chain:
-    """Return the chain with room for ``count`` entries and as many again."""
-    room = 2 * count
-    wide = (np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
-    for i in range(len(chain[0])):
-        wide[0][i], wide[1][i], wide[2][i] = chain[0][i], chain[1][i], chain[2][i]
-    return wide
+def with_more_room(chain: Chain) -> Chain:
+    """Return the same chain with room for as many sightings again, and two more."""
+    many = len(chain.particle)
+    room = 2 * (many + 1)
+    larger = Chain(np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
+    for i in range(many):
+        larger.following[i], larger.particle[i] = chain.following[i], chain.particle[i]
+        larger.seen_at[i] = chain.seen_at[i]
+    return larger
 
 
 @compiled
-def facing(
-    place: Place,
-    pieces: Floats,
-    k: int,
-    window: tuple[float, float],
-    reach: tuple[float, float],
-) -> tuple[float, float, float, float, float]:
+def facing(departure: Departure, pieces: Floats, k: int, window: Window, reach: Reach) -> Facing:
     """Return which directions a particle can be seen in during a window.
 
     Parameters
@@ -200,60 +271,71 @@ def facing(
     k
         The particle's piece at the window's start.
     reach
-        The detection radius, rather too large, and the highest speed of any particle.
-
-    Returns
-    -------
-    x, y, near_m
-        A disc, relative to the place, outside which no UAV sees the particle meanwhile.
-    low, wide
-        The bearings, lowest and how many on, of all rays near it.
+        With the highest speed of any particle.
     """
     enter_s, leave_s = window
     half_s = 0.5 * (leave_s - enter_s)
     if leave_s <= pieces[k, END]:
         x, y = place_in(pieces, k, enter_s + half_s)
         speed_mps = np.sqrt(pieces[k, VX] * pieces[k, VX] + pieces[k, VY] * pieces[k, VY])
-        near_m = reach[0] + half_s * speed_mps
+        near_m = reach.radius_m + half_s * speed_mps
     else:
         x, y = place_in(pieces, k, enter_s)
-        near_m = reach[0] + 2.0 * half_s * reach[1]
-    low, wide = rays_near(x - place[1], y - place[2], near_m)
-    return x - place[1], y - place[2], near_m, low, wide
+        near_m = reach.radius_m + 2.0 * half_s * reach.speed_mps
+    dx, dy = x - departure.x_m, y - departure.y_m
+    low, wide = rays_near(dx, dy, near_m)
+    return Facing(dx, dy, near_m, low, wide)
+
+
+@compiled
+def room_for_windows(many: int) -> Windows:
+    """Return empty columns for as many windows."""
+    return Windows(
+        np.empty(many, np.int64),
+        np.empty(many, np.int64),
+        np.empty(many),
+        np.empty(many),
+        np.empty(many),
+        np.empty(many),
+        np.empty(many),
+        np.empty(many),
+        np.empty(many),
+    )
 
 
 @compiled
 def all_windows(
-    place: Place, over_s: float, unseen: Flags, motion: Motion, sensing: Sensing
-) -> tuple[Ints, Offsets, Floats]:
+    departure: Departure, over_s: float, miss: Floats, motion: ParticleMotion, sensing: Sensing
+) -> tuple[Ints, Windows, int]:
     """Return who is seen at once, and when and where others can be seen on any ray until a time.
+
+    Only particles that may be unseen still, with ``miss`` (N,) above 0, are looked for.
 
     Returns
     -------
-    here, who, windows
-        The particles within the radius; the others and their pieces at the windows' starts,
-        (m, 2); from, to, and what ``facing`` returns, (m, 7).
+    here, windows, count
+        The particles within the radius, the windows of the others, and how many these are.
     """
-    pieces, first_piece, end_s, clock, _, _, fastest_mps = motion
-    start_s, x0, y0 = place
-    (radius_m, speed_mps, _), reach_m = sensing, padded(sensing[0])
-    here, at_once = np.empty(len(unseen), dtype=np.int32), 0
-    who, count = np.empty((len(unseen), 2), dtype=np.int64), 0
-    windows = np.empty((len(unseen), 7))
+    pieces, fastest_mps, clock = motion.pieces, motion.fastest_mps, motion.clock
+    start_s, x0, y0 = departure
+    radius_m, speed_mps, _ = sensing
+    reach_m = padded(radius_m)
+    here, at_once = np.empty(len(miss), dtype=np.int32), 0
+    windows, count = room_for_windows(len(miss)), 0
     now_in, passes_s = clock[bucket_of(motion, start_s)], ring_passes(sensing, fastest_mps)
-    for p in range(len(unseen)):
-        if not unseen[p] or end_s[p] < start_s:
+    for p in range(len(miss)):
+        if not miss[p] > 0.0 or motion.end_s[p] < start_s:
             continue
-        last = first_piece[p + 1] - 1
+        last = motion.first_piece[p + 1] - 1
         k = piece_from(pieces, now_in[p], last, start_s)
-        enter_s, to_s = max(start_s, pieces[k, BEGIN]), min(over_s, end_s[p])
+        enter_s, to_s = max(start_s, pieces[k, BEGIN]), min(over_s, motion.end_s[p])
         x, y = place_in(pieces, k, enter_s)
         away_m = np.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
         if away_m <= radius_m and enter_s == start_s:
             here[at_once] = p
             at_once += 1
             continue
-        x, y, near_m, low, wide = 0.0, 0.0, np.inf, -2.0, 4.0
+        ahead = Facing(0.0, 0.0, np.inf, -2.0, 4.0)
         if passes_s < np.inf:
             outside_m = away_m - reach_m - speed_mps * (enter_s - start_s)
             enter_s += max(0.0, outside_m) / (speed_mps + fastest_mps)  # earlier is impossible
@@ -262,56 +344,56 @@ def all_windows(
             if pieces[k, END] <= enter_s:
                 k = max(k, clock[bucket_of(motion, enter_s), p])
                 k = piece_from(pieces, k, last, enter_s)
-            enter_s, k = ring_entry(place, (reach_m, speed_mps), pieces, (k, last, enter_s))
-            window = (enter_s, enter_s + passes_s)
-            x, y, near_m, low, wide = facing(place, pieces, k, window, (reach_m, fastest_mps))
+            reach, before = Reach(reach_m, speed_mps), PieceAt(k, last, enter_s)
+            enter_s, k = ring_entry(departure, reach, pieces, before)
+            window = Window(enter_s, enter_s + passes_s)
+            ahead = facing(departure, pieces, k, window, Reach(reach_m, fastest_mps))
         if enter_s <= to_s:
-            who[count, 0], who[count, 1] = p, k
-            windows[count, 0], windows[count, 1] = enter_s, min(to_s, enter_s + passes_s)
-            windows[count, 2], windows[count, 3], windows[count, 4] = x, y, near_m
-            windows[count, 5], windows[count, 6] = low, wide
+            windows.particle[count], windows.piece[count] = p, k
+            windows.from_s[count], windows.to_s[count] = enter_s, min(to_s, enter_s + passes_s)
+            windows.x_m[count], windows.y_m[count] = ahead.x_m, ahead.y_m
+            windows.near_m[count] = ahead.near_m
+            windows.low[count], windows.wide[count] = ahead.low, ahead.wide
             count += 1
-    return here[:at_once], who[:count], windows[:count]
+    return here[:at_once], windows, count
 
 
 @compiled
 def ray_sightings(
-    place: Place, rays: Rays, unseen: Flags, motion: Motion, sensing: Sensing
-) -> tuple[Ints, Ints, Chain]:
-    """Return what the UAV sees at its place and along each ray.
-
-    Returns
-    -------
-    here, head, chain
-        The particles seen at once, whatever the ray; the head of each ray's chain of further
-        sightings (-1: nothing), and the chains.
-    """
-    (bearings, ways, far_s), (start_s, x0, y0), pieces = rays, place, motion[0]
-    radius_m, speed_mps, _ = sensing
-    many, over_s, count = len(bearings), start_s, 0
-    for away_s in far_s:
+    departure: Departure, rays: Rays, miss: Floats, motion: ParticleMotion, sensing: Sensing
+) -> RaySightings:
+    """Return what the UAV sees where it sets out and along each ray, of all with ``miss`` > 0."""
+    start_s, x0, y0 = departure
+    bearings, ways, lasts_s = rays
+    many, over_s, used = len(bearings), start_s, 0
+    for away_s in lasts_s:
         over_s = max(over_s, start_s + away_s)
-    here, who, windows = all_windows(place, over_s, unseen, motion, sensing)
+    here, windows, count = all_windows(departure, over_s, miss, motion, sensing)
     head = np.full(many, -1, dtype=np.int32)
-    chain: Chain = (np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
-    for i in range(len(who)):
-        x, y, near_m = windows[i, 2], windows[i, 3], windows[i, 4]
-        low, wide = windows[i, 5], windows[i, 6]
+    chain = Chain(np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
+    for i in range(count):
+        x, y, near_m = windows.x_m[i], windows.y_m[i], windows.near_m[i]
+        low, wide = windows.low[i], windows.wide[i]
         j = first_from(bearings, low, 0, many)
         for _ in range(many):
             j = j if j < many else 0
             if turn_from(low, bearings[j]) > wide:  # most particles lie on nobody's way
                 break
-            leave_s = min(windows[i, 1], start_s + far_s[j])
+            leave_s = min(windows.to_s[i], start_s + lasts_s[j])
             aside_m = abs(x * ways[j, 1] - y * ways[j, 0])
-            if windows[i, 0] <= leave_s and aside_m <= near_m:
-                flight = (x0, y0, speed_mps * ways[j, 0], speed_mps * ways[j, 1], start_s)
-                seen = met(flight, (windows[i, 0], leave_s), pieces, who[i, 1], radius_m)
-                if seen < np.inf:
-                    if count == len(chain[0]):
-                        chain = linked(chain, count + 1)
-                    chain[0][count], chain[1][count], chain[2][count] = head[j], who[i, 0], seen
-                    head[j] = count
-                    count += 1
+            if windows.from_s[i] <= leave_s and aside_m <= near_m:
+                speed_mps = sensing.speed_mps
+                course = Course(x0, y0, speed_mps * ways[j, 0], speed_mps * ways[j, 1], start_s)
+                window = Window(windows.from_s[i], leave_s)
+                seen_s = first_meeting(
+                    course, window, motion.pieces, windows.piece[i], sensing.radius_m
+                )
+                if seen_s < np.inf:
+                    if used == len(chain.particle):
+                        chain = with_more_room(chain)
+                    chain.following[used], chain.particle[used] = head[j], windows.particle[i]
+                    chain.seen_at[used] = seen_s
+                    head[j] = used
+                    used += 1
             j += 1
-    return here, head, chain
+    return RaySightings(here, head, chain)

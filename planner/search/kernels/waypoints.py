@@ -7,88 +7,156 @@ A flight that differs from a known one from some waypoint on sees the same befor
 follows is swept again, and only for particles not seen until then.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels.closest_approach import FuturesColumns, first_within, piece_at
+from planner.detection.kernels.closest_approach import (
+    FuturesColumns,
+    first_within,
+    knots_of,
+    motion_at,
+)
 from planner.jit import compiled
-from planner.search.kernels.cells import Crowd, slab_at
+from planner.search.kernels.cells import SpaceTimeGrid, slab_at
 from planner.search.kernels.passages import Box, cell_range, padded
-from planner.search.kernels.what_if import reward_of
-
-Piece: TypeAlias = tuple[float, float, float, float, float, float]  # from_s, x, y, vx, vy, to_s
-# x, y of where the UAV has to land, by when, when sightings end to count, the UAV's speed
-Limits: TypeAlias = tuple[float, float, float, float, float]
-Goal: TypeAlias = tuple[float, float]  # horizon, deadline (inf: none); seconds
-# place of each particle among the known flight's sightings (N,), round in which it was last met
-# (N,), and two numbers: how many of the known sightings stand, this round
-Book: TypeAlias = tuple[Ints, Ints, int, int]
-Found: TypeAlias = tuple[Ints, Floats]  # particle (N,), seen_at (N,)
-Way: TypeAlias = Floats  # (3, W), rows as below; the first is where the UAV takes off
-# reward to be reached, margin of a guess, marks of the known flight, its number of waypoints
-Bar: TypeAlias = tuple[float, float, Floats, int]
-Marks: TypeAlias = Floats  # (4, W), rows as below, as they stand when a waypoint is left
+from planner.search.kernels.what_if import FirstSightings, Goal, reward_of
 
 X, Y, WAIT = 0, 1, 2
 LEFT, REWARD, WEIGHT, SEEN = 0, 1, 2, 3
 
 RARE = 1e-3  # share of all particles from which on the others say nothing about what to expect
-NOWHERE = (0.0, 0.0, 0.0, 0.0, 0.0, -np.inf)  # a piece that is not flown
+
+
+class FlightPiece(NamedTuple):
+    """A straight piece of flight; none if it ends before it begins."""
+
+    from_s: float  # seconds on the target's clock
+    x_m: float  # where it begins
+    y_m: float
+    vx_mps: float
+    vy_mps: float
+    to_s: float
+
+
+class FlightLimits(NamedTuple):
+    """What bounds a flight."""
+
+    home_x_m: float  # where the UAV has to land; infinity: anywhere
+    home_y_m: float
+    landing_s: float  # by when it has to land
+    ends_s: float  # when sightings cease to count
+    speed_mps: float  # of the UAV
+
+
+class Surroundings(NamedTuple):
+    """What a flight has to know of the world."""
+
+    grid: SpaceTimeGrid
+    radius_m: float  # of the sensor
+    weight: Floats  # (N,) probability of each particle
+    limits: FlightLimits
+    goal: Goal
+
+
+class WaypointFlight(NamedTuple):
+    """A flight over waypoints, with room for W of them, and what it sees."""
+
+    way: Floats  # (3, W) rows X, Y in metres, WAIT in seconds; the first is the take-off
+    # (4, W) as they stand when a waypoint is left: rows LEFT, when that is, in seconds; REWARD;
+    # WEIGHT of the particles seen; SEEN, how many sightings
+    marks: Floats
+    found: FirstSightings  # room for N
+
+
+class Change(NamedTuple):
+    """A flight over ``many`` waypoints that may differ from the known one from ``begin`` on."""
+
+    many: int
+    begin: int
+
+
+class Unseen(NamedTuple):
+    """Which particles a sweep looks for: those not among the known sightings that stand."""
+
+    rank: Ints  # (N,) a particle's place among the known flight's sightings
+    last_round: Ints  # (N,) the round in which a particle was last seen
+    stands: int  # how many of the known sightings stand
+    round: int  # the one at hand
+
+
+class Bar(NamedTuple):
+    """The reward that a flight has to reach."""
+
+    reward: float  # minus infinity: none
+    margin: float  # how far below that it must be likely to end to be given up
+    marks: Floats  # (4, W) of the known flight
+    many: int  # the known flight's number of waypoints
+
+
+class Visit(NamedTuple):
+    """How a waypoint is visited."""
+
+    flight: FlightPiece  # to the waypoint
+    wait: FlightPiece  # there
+    home: FlightPiece  # if it is due
+    leaves_s: float  # when the waypoint is left; infinity if the flight is over by then
+
+
+NOWHERE = FlightPiece(0.0, 0.0, 0.0, 0.0, 0.0, -np.inf)  # a piece that is not flown
 
 
 @compiled
-def columns_in_row(box: Box, row: int, piece: Piece, radius_m: float) -> tuple[int, int]:
+def columns_in_row(box: Box, row: int, piece: FlightPiece, radius_m: float) -> tuple[int, int]:
     """Return from which to which column of a row a piece of flight passes within the radius."""
     from_s, x, y, vx, vy, to_s = piece
     low_s, high_s = 0.0, to_s - from_s
     if abs(vy) > 1e-9:
-        a = (box[1] + row * box[2] - radius_m - y) / vy
-        b = (box[1] + (row + 1) * box[2] + radius_m - y) / vy
+        a = (box.south_m + row * box.size_m - radius_m - y) / vy
+        b = (box.south_m + (row + 1) * box.size_m + radius_m - y) / vy
         low_s, high_s = max(low_s, min(a, b)), min(high_s, max(a, b))
         if low_s > high_s + 1e-6:
             return 0, -1
     low_x, high_x = x + vx * low_s, x + vx * high_s
     near_m = radius_m + 1e-4 * (abs(vx) + abs(vy))  # more than rounding can cost
-    a, b, _, _ = cell_range(
-        box, (min(low_x, high_x) - near_m, box[1]), (max(low_x, high_x) + near_m, box[1])
-    )
-    return a, b
+    west_m, east_m = min(low_x, high_x) - near_m, max(low_x, high_x) + near_m
+    touched = cell_range(box, (west_m, box.south_m), (east_m, box.south_m))
+    return touched.west, touched.east
 
 
 @compiled
-def rows_of(box: Box, piece: Piece, radius_m: float) -> tuple[int, int]:
+def rows_passed(box: Box, piece: FlightPiece, radius_m: float) -> tuple[int, int]:
     """Return from which to which row of cells a piece of flight passes within the radius."""
-    from_s, x, y, _, vy, to_s = piece
-    far_y = y + vy * (to_s - from_s)
-    _, _, c, d = cell_range(box, (x, min(y, far_y) - radius_m), (x, max(y, far_y) + radius_m))
-    return c, d
+    x, y = piece.x_m, piece.y_m
+    far_y = y + piece.vy_mps * (piece.to_s - piece.from_s)
+    touched = cell_range(box, (x, min(y, far_y) - radius_m), (x, max(y, far_y) + radius_m))
+    return touched.south, touched.north
 
 
 @compiled
-def met_on_the_move(
-    piece: Piece, futures: FuturesColumns, particle: int, k: int, radius_m: float
+def meeting_on_the_move(
+    piece: FlightPiece, futures: FuturesColumns, particle: int, k: int, radius_m: float
 ) -> float:
     """Return when a piece of flight first sees a particle that moves, infinity if not.
 
     ``k`` is a knot that the particle has passed when the piece begins, or its first one.
     """
-    time_s, x_m, y_m, first_knot, _ = futures
+    knots, time_s = knots_of(futures), futures.time_s
     from_s, x, y, vx, vy, to_s = piece
-    k_end = first_knot[particle + 1]
+    k_end = futures.first_knot[particle + 1]
     now_s = max(from_s, time_s[k])
     while k + 1 < k_end and time_s[k + 1] <= now_s:
         k += 1
     to_s = min(to_s, time_s[k_end - 1])
     while now_s <= to_s:
-        px, py, pvx, pvy, until_s = piece_at((time_s, x_m, y_m), k, k_end, now_s)
+        px, py, pvx, pvy, until_s = motion_at(knots, k, k_end, now_s)
         until_s = min(until_s, to_s)
         since_s = now_s - from_s
         offset = (px - x - vx * since_s, py - y - vy * since_s)
         after_s = first_within(offset, (pvx - vx, pvy - vy), until_s - now_s, radius_m)
         if after_s < np.inf:
-            return now_s + after_s
+            return float(now_s + after_s)
         if until_s >= to_s:
             break
         k, now_s = k + 1, until_s
@@ -96,71 +164,75 @@ def met_on_the_move(
 
 
 @compiled
+def is_wanted(who: int, unseen: Unseen) -> bool:
+    """Tell whether a sweep still looks for a particle."""
+    return bool(unseen.rank[who] >= unseen.stands and unseen.last_round[who] != unseen.round)
+
+
+@compiled
 def see_moving(
-    piece: Piece, crowd: Crowd, radius_m: float, book: Book, found: Found, count: int
+    piece: FlightPiece, around: Surroundings, unseen: Unseen, found: FirstSightings, count: int
 ) -> int:
     """Write down the moving particles that a piece of flight sees first; return the new count."""
-    futures, box, slabs, (first, particle, knot), _ = crowd
-    place, met, stands, number = book
+    futures, box, slabs, moving, _ = around.grid
     start_s, x, y, vx, vy, end_s = piece
-    near_m = padded(radius_m)
-    for s in range(slab_at(slabs, start_s), slabs[2]):
-        low_s = max(start_s, slabs[0] + s * slabs[1])
-        high_s = min(end_s, slabs[0] + (s + 1) * slabs[1])
+    near_m = padded(around.radius_m)
+    for s in range(slab_at(slabs, start_s), slabs.many):
+        low_s = max(start_s, slabs.begin_s + s * slabs.lasts_s)
+        high_s = min(end_s, slabs.begin_s + (s + 1) * slabs.lasts_s)
         if low_s > end_s or high_s < low_s:
             break
         since_s = low_s - start_s
-        part = (low_s, x + vx * since_s, y + vy * since_s, vx, vy, high_s)
-        c, d = rows_of(box, part, near_m)
-        for row in range(c, d + 1):
-            a, b = columns_in_row(box, row, part, near_m)
-            if a > b:
+        part = FlightPiece(low_s, x + vx * since_s, y + vy * since_s, vx, vy, high_s)
+        south, north = rows_passed(box, part, near_m)
+        for row in range(south, north + 1):
+            west, east = columns_in_row(box, row, part, near_m)
+            if west > east:
                 continue
-            at = (s * box[4] + row) * box[3]
-            for i in range(first[at + a], first[at + b + 1]):
-                who = particle[i]
-                if place[who] < stands or met[who] == number:
+            at = (s * box.rows + row) * box.columns
+            for i in range(moving.first[at + west], moving.first[at + east + 1]):
+                who = moving.particle[i]
+                if not is_wanted(who, unseen):
                     continue
-                seen = met_on_the_move(part, futures, who, knot[i], radius_m)
-                if seen < np.inf:
-                    found[0][count], found[1][count] = who, seen
-                    met[who] = number
+                seen_s = meeting_on_the_move(part, futures, who, moving.knot[i], around.radius_m)
+                if seen_s < np.inf:
+                    found.particle[count], found.seen_at[count] = who, seen_s
+                    unseen.last_round[who] = unseen.round
                     count += 1
     return count
 
 
 @compiled
 def see_resting(
-    piece: Piece, crowd: Crowd, radius_m: float, book: Book, found: Found, count: int
+    piece: FlightPiece, around: Surroundings, unseen: Unseen, found: FirstSightings, count: int
 ) -> int:
     """Write down the particles at rest that a piece of flight sees first; return the new count."""
-    _, box, _, _, (first, particle, since_s, x_m, y_m) = crowd
-    place, met, stands, number = book
+    box, resting = around.grid.box, around.grid.resting
     start_s, x, y, vx, vy, end_s = piece
-    near_m = padded(radius_m)
-    c, d = rows_of(box, piece, near_m)
-    for row in range(c, d + 1):
-        a, b = columns_in_row(box, row, piece, near_m)
-        for cell in range(row * box[3] + a, row * box[3] + b + 1):
-            for i in range(first[cell], first[cell + 1]):
-                if since_s[i] > end_s:
+    near_m = padded(around.radius_m)
+    south, north = rows_passed(box, piece, near_m)
+    for row in range(south, north + 1):
+        west, east = columns_in_row(box, row, piece, near_m)
+        for cell in range(row * box.columns + west, row * box.columns + east + 1):
+            for i in range(resting.first[cell], resting.first[cell + 1]):
+                if resting.since_s[i] > end_s:
                     break
-                who = particle[i]
-                if place[who] < stands or met[who] == number:
+                who = resting.particle[i]
+                if not is_wanted(who, unseen):
                     continue
-                now_s = max(start_s, since_s[i])
-                gone_by = now_s - start_s
-                offset = (x_m[i] - x - vx * gone_by, y_m[i] - y - vy * gone_by)
-                after_s = first_within(offset, (-vx, -vy), end_s - now_s, radius_m)
+                now_s = max(start_s, resting.since_s[i])
+                flown_s = now_s - start_s
+                offset = (resting.x_m[i] - x - vx * flown_s, resting.y_m[i] - y - vy * flown_s)
+                after_s = first_within(offset, (-vx, -vy), end_s - now_s, around.radius_m)
                 if after_s < np.inf:
-                    found[0][count], found[1][count] = who, now_s + after_s
-                    met[who] = number
+                    found.particle[count], found.seen_at[count] = who, now_s + after_s
+                    unseen.last_round[who] = unseen.round
                     count += 1
     return count
 
 
 @compiled
-def must_turn(piece: Piece, limits: Limits) -> float:
+def must_turn(piece: FlightPiece, limits: FlightLimits) -> float:
     """Return until when a piece of flight can go on so that the way home is still in time.
 
     The piece is flown at the UAV's full speed, or hovers.
@@ -177,60 +249,60 @@ def must_turn(piece: Piece, limits: Limits) -> float:
         spare_m2 = left_m * left_m - dx * dx - dy * dy
         away = (dx * vx + dy * vy) / speed_mps + left_m
         spare_s = 0.5 * spare_m2 / away / speed_mps if spare_m2 > 0.0 else 0.0
-    return from_s + min(to_s - from_s, max(0.0, spare_s))
+    return float(from_s + min(to_s - from_s, max(0.0, spare_s)))
 
 
 @compiled
-def piece_of(way: Way, i: int, waits: int, now_s: float, speed_mps: float) -> Piece:
-    """Return the flight to a waypoint that sets out now, or the wait there."""
-    if waits:
-        return now_s, way[X, i], way[Y, i], 0.0, 0.0, now_s + way[WAIT, i]
+def flight_to(way: Floats, i: int, now_s: float, speed_mps: float) -> FlightPiece:
+    """Return the flight to a waypoint from the one before, which sets out now."""
     dx, dy = way[X, i] - way[X, i - 1], way[Y, i] - way[Y, i - 1]
     lasts_s = np.sqrt(dx * dx + dy * dy) / speed_mps
     vx, vy = (dx / lasts_s, dy / lasts_s) if lasts_s > 0.0 else (0.0, 0.0)
-    return now_s, way[X, i - 1], way[Y, i - 1], vx, vy, now_s + lasts_s
+    return FlightPiece(now_s, way[X, i - 1], way[Y, i - 1], vx, vy, now_s + lasts_s)
 
 
 @compiled
-def cut(piece: Piece, until_s: float, limits: Limits) -> Piece:
-    """Return a piece of flight up to a time, or to when sightings end to count."""
+def wait_at(way: Floats, i: int, now_s: float) -> FlightPiece:
+    """Return the wait at a waypoint, from now on."""
+    return FlightPiece(now_s, way[X, i], way[Y, i], 0.0, 0.0, now_s + way[WAIT, i])
+
+
+@compiled
+def cut(piece: FlightPiece, until_s: float, limits: FlightLimits) -> FlightPiece:
+    """Return a piece of flight up to a time, or to when sightings cease to count."""
     from_s, x, y, vx, vy, _ = piece
-    return from_s, x, y, vx, vy, min(until_s, limits[3])
+    return FlightPiece(from_s, x, y, vx, vy, min(until_s, limits.ends_s))
 
 
 @compiled
-def way_home(piece: Piece, until_s: float, limits: Limits) -> Piece:
+def way_home(piece: FlightPiece, until_s: float, limits: FlightLimits) -> FlightPiece:
     """Return the flight home from where a piece of flight is at a time; none without a home."""
     from_s, x, y, vx, vy, _ = piece
     x, y = x + vx * (until_s - from_s), y + vy * (until_s - from_s)
-    dx, dy = limits[0] - x, limits[1] - y
-    lasts_s = np.sqrt(dx * dx + dy * dy) / limits[4]
+    dx, dy = limits.home_x_m - x, limits.home_y_m - y
+    lasts_s = np.sqrt(dx * dx + dy * dy) / limits.speed_mps
     if not 0.0 < lasts_s < np.inf:
         return NOWHERE
-    return cut((until_s, x, y, dx / lasts_s, dy / lasts_s, 0.0), until_s + lasts_s, limits)
+    home = FlightPiece(until_s, x, y, dx / lasts_s, dy / lasts_s, 0.0)
+    return cut(home, until_s + lasts_s, limits)
 
 
 @compiled
-def flown(
-    way: Way, many: int, i: int, now_s: float, limits: Limits
-) -> tuple[tuple[Piece, Piece, Piece], float]:
-    """Return how a waypoint is flown to, what is waited there, and the way home if it is due.
-
-    Also when it is left; infinity if the flight is over by then.
-    """
-    if not now_s < limits[3]:
-        return (NOWHERE, NOWHERE, NOWHERE), np.inf
-    flight = piece_of(way, i, 0, now_s, limits[4])
+def visit(way: Floats, many: int, i: int, now_s: float, limits: FlightLimits) -> Visit:
+    """Return how a waypoint, of ``many``, is visited from now on."""
+    if not now_s < limits.ends_s:
+        return Visit(NOWHERE, NOWHERE, NOWHERE, np.inf)
+    flight = flight_to(way, i, now_s, limits.speed_mps)
     until_s = must_turn(flight, limits)
-    if until_s < flight[5]:
+    if until_s < flight.to_s:
         home = way_home(flight, until_s, limits)
-        return (cut(flight, until_s, limits), NOWHERE, home), np.inf
-    wait = piece_of(way, i, 1, until_s, limits[4])
+        return Visit(cut(flight, until_s, limits), NOWHERE, home, np.inf)
+    wait = wait_at(way, i, until_s)
     leaves_s = must_turn(wait, limits)
-    due = leaves_s < wait[5] or i + 1 == many
+    due = leaves_s < wait.to_s or i + 1 == many
     home = way_home(wait, leaves_s, limits) if due else NOWHERE
-    pieces = (cut(flight, until_s, limits), cut(wait, leaves_s, limits), home)
-    return pieces, (leaves_s if leaves_s == wait[5] else np.inf)
+    left_s = leaves_s if leaves_s == wait.to_s else np.inf
+    return Visit(cut(flight, until_s, limits), cut(wait, leaves_s, limits), home, left_s)
 
 
 @compiled
@@ -250,49 +322,47 @@ def likely_reward(bar: Bar, now_s: float, reward: float, unseen: float, everyone
     left = everyone - marks[WEIGHT, j - 1] - share * (marks[WEIGHT, j] - marks[WEIGHT, j - 1])
     if left <= RARE * everyone:
         return np.inf
-    return reward + unseen / left * (total - earned) + margin
+    return float(reward + unseen / left * (total - earned) + margin)
 
 
 @compiled
 def sweep(
-    flight: tuple[Way, int, int],
-    state: tuple[Marks, Found, Book],
-    world: tuple[Crowd, float, Floats, Limits, Goal],
-    bar: Bar,
+    flight: WaypointFlight, change: Change, unseen: Unseen, around: Surroundings, bar: Bar
 ) -> float:
     """Fly a way from a waypoint on and write down what it sees and earns; return the reward.
 
     Parameters
     ----------
     flight
-        The way, its number of waypoints, and the waypoint from which on it is flown: what was
-        seen until that one was left is in the marks before.
+        Its way is flown from ``change.begin`` on: what was seen until the waypoint before was left
+        is in that one's marks.
     bar
         The sweep ends, with a reward of minus infinity, as soon as the bar cannot be reached, or
         most probably will not be.
     """
-    way, many, begin = flight
-    marks, found, book = state
-    crowd, radius_m, weight, limits, goal = world
+    way, marks, found = flight
+    many, begin = change
+    weight, limits, goal = around.weight, around.limits, around.goal
     now_s, reward = marks[LEFT, begin - 1], marks[REWARD, begin - 1]
-    met, count = marks[WEIGHT, begin - 1], int(marks[SEEN, begin - 1])
+    seen, count = marks[WEIGHT, begin - 1], int(marks[SEEN, begin - 1])
     everyone = weight.sum()
     for i in range(begin, many):
-        pieces, now_s = flown(way, many, i, now_s, limits)
-        for piece in pieces:
-            if piece[5] <= piece[0] or met >= everyone * (1.0 - 1e-12):
+        visited = visit(way, many, i, now_s, limits)
+        now_s = visited.leaves_s
+        for piece in (visited.flight, visited.wait, visited.home):
+            if piece.to_s <= piece.from_s or seen >= everyone * (1.0 - 1e-12):
                 continue
             since = count
-            count = see_moving(piece, crowd, radius_m, book, found, count)
-            count = see_resting(piece, crowd, radius_m, book, found, count)
+            count = see_moving(piece, around, unseen, found, count)
+            count = see_resting(piece, around, unseen, found, count)
             for j in range(since, count):
-                reward += weight[found[0][j]] * reward_of(found[1][j], goal)
-                met += weight[found[0][j]]
-        marks[LEFT, i], marks[REWARD, i], marks[WEIGHT, i] = now_s, reward, met
+                reward += weight[found.particle[j]] * reward_of(found.seen_at[j], goal)
+                seen += weight[found.particle[j]]
+        marks[LEFT, i], marks[REWARD, i], marks[WEIGHT, i] = now_s, reward, seen
         marks[SEEN, i] = count
-        likely = (
-            likely_reward(bar, now_s, reward, everyone - met, everyone) if i > begin else np.inf
-        )
-        if min(likely, reward + (everyone - met) * reward_of(now_s, goal)) < bar[0]:
+        most = reward + (everyone - seen) * reward_of(now_s, goal)
+        if i > begin:
+            most = min(most, likely_reward(bar, now_s, reward, everyone - seen, everyone))
+        if most < bar.reward:
             return -np.inf
-    return reward
+    return float(reward)

@@ -3,271 +3,362 @@
 A flight to a leg is first a transit, straight to the leg's start, then the road. Legs that start
 at the same node share the transit; a road only sees its own passages. Each flight names a particle
 once, at its first sighting.
+
+``miss`` (N,) is the probability that a particle is still unseen. The sensor sees all that comes
+within its radius, so a flight looks for the particles with ``miss`` > 0, and a sighting is worth
+weight * miss * reward. A sensor that misses would see at a rate per second of contact; what
+``see_along_road`` and ``see_on_the_way`` then have to write down is the contact, from when to when,
+in place of its first second.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import last_at_or_before
+from planner.arrays import Floats, Ints, Offsets
+from planner.detection.kernels.closest_approach import Rows, Window, last_at_or_before
 from planner.jit import compiled
-from planner.search.kernels.motion import END, Motion, met, nothing, piece_from
+from planner.search.kernels.motion import (
+    END,
+    Course,
+    ParticleMotion,
+    first_meeting,
+    piece_from,
+    zero,
+)
 from planner.search.kernels.passages import PassageColumns
 from planner.search.kernels.transits import (
     Chain,
-    Ends,
-    Place,
+    Departure,
+    RaySightings,
     Sensing,
+    Transits,
     first_from,
     ray_sightings,
     rays_to,
 )
 
-# first_point (L + 1,); of each point: after_s, x_m, y_m, and the velocity from there on, vx, vy
-LegColumns: TypeAlias = tuple[Offsets, Floats, Floats, Floats, Floats, Floats]
-World: TypeAlias = tuple[Motion, PassageColumns, LegColumns, Sensing]
-# leg (C,), the end of the transit to it (C,), -1: it starts here
-Flights: TypeAlias = tuple[Ints, Ints]
-# what is seen at once (h,), each ray's chain (m,), the chains, and the ray of each end (E,)
-Surroundings: TypeAlias = tuple[Ints, Ints, Chain, Ints]
-Found: TypeAlias = tuple[Ints, Floats]  # particle (M,), seen_at (M,)
-Goal: TypeAlias = tuple[float, float]  # horizon, deadline (inf: none), seconds
+
+class LegColumns(NamedTuple):
+    """The polylines of all legs, as they are flown."""
+
+    first_point: Offsets  # (L + 1,) where a leg's points start
+    after_s: Floats  # (Q,) seconds from the leg's start to the point
+    x_m: Floats  # (Q,) metres
+    y_m: Floats  # (Q,) metres
+    vx_mps: Floats  # (Q,) m/s, from the point on
+    vy_mps: Floats  # (Q,) m/s
+
+
+class Goal(NamedTuple):
+    """What a search is for, as in ``Objective``."""
+
+    horizon_s: float
+    by_s: float  # the deadline, seconds; infinity: none
+
+
+class SearchIndex(NamedTuple):
+    """A problem, laid out so that what-if flights find what they pass."""
+
+    motion: ParticleMotion
+    passages: PassageColumns
+    legs: LegColumns
+    sensing: Sensing
+    weight: Floats  # (N,) probability of each particle
+    goal: Goal
+
+
+class Candidates(NamedTuple):
+    """C legs that may be flown next."""
+
+    leg: Ints  # (C,) leg index
+    transit: Ints  # (C,) which of the transits leads to its start, -1: it starts here
+
+
+class FirstSightings(NamedTuple):
+    """Room for sightings."""
+
+    particle: Ints  # (M,)
+    seen_at: Floats  # (M,) seconds on the target's clock
+
+
+class Around(NamedTuple):
+    """What transits from one place see."""
+
+    rays: RaySightings
+    ray_of: Ints  # (E,) the ray along which each transit flies
+
+
+class Marks(NamedTuple):
+    """By whom particles were last seen, so that nobody sees one twice."""
+
+    by: Ints  # (N,) the transit or flight that last saw a particle
+    transit: int  # the mark of the transit at hand
+    flight: int  # the mark of the flight at hand
+
+
+class RoadFlight(NamedTuple):
+    """A flight along a road."""
+
+    leg: int
+    start_s: float  # when it begins
+
+
+class PiecesAhead(NamedTuple):
+    """A particle's pieces of motion from a time on."""
+
+    piece: int  # the one at that time
+    last: int
+
+
+class Flights(NamedTuple):
+    """What C flights see; each particle at most once in a flight."""
+
+    start_s: Floats  # (C,) seconds, when the road begins
+    first: Offsets  # (C + 1,) where a flight's sightings start
+    particle: Ints  # (M,)
+    seen_at: Floats  # (M,) seconds on the target's clock
+
+
+class Earnings(NamedTuple):
+    """What C flights earn."""
+
+    start_s: Floats  # (C,) seconds, when the road begins
+    reward: Floats  # (C,) expected reward of the sightings
+    seen: Floats  # (C,) weight * miss of the particles seen
 
 
 @compiled
 def reward_of(seen_s: float, goal: Goal) -> float:
     """Return what a sighting is worth, as ``Objective.reward`` says."""
-    if goal[1] < np.inf:
-        return 1.0 if seen_s <= goal[1] else 0.0
-    return max(0.0, goal[0] - seen_s)
+    if goal.by_s < np.inf:
+        return 1.0 if seen_s <= goal.by_s else 0.0
+    return max(0.0, goal.horizon_s - seen_s)
 
 
 @compiled
-def passages_within(
-    passages: PassageColumns, entry: int, start_s: float, end_s: float
-) -> tuple[int, int]:
-    """Return from (included) and to (excluded) of a list's passages that may touch a time span."""
-    first, from_s, _, latest_s, _, _ = passages
+def passages_within(passages: PassageColumns, entry: int, span: Window) -> Rows:
+    """Return those of a list's passages that may touch a time span."""
+    first, latest_s = passages.first, passages.latest_s
     # The running maximum of the ends tells where the first passage that is not over can be.
-    begin = first_from(latest_s, start_s, first[entry], first[entry + 1])
-    return begin, first_from(from_s, np.nextafter(end_s, np.inf), begin, first[entry + 1])
+    begin = first_from(latest_s, span.from_s, first[entry], first[entry + 1])
+    after_s = np.nextafter(span.to_s, np.inf)
+    return Rows(begin, first_from(passages.from_s, after_s, begin, first[entry + 1]))
 
 
 @compiled
-def met_along(
-    leg: int,
-    start_s: float,
-    window: tuple[float, float],
-    target: tuple[int, int],
-    world: World,
+def first_meeting_along(
+    road: RoadFlight, window: Window, ahead: PiecesAhead, index: SearchIndex
 ) -> float:
     """Return when a flight along a road first has a particle within the radius, inf: never.
 
-    ``target`` is the particle's piece at the window's start, and its last one.
+    ``ahead`` is the particle's motion from the window's start on.
     """
-    motion, _, (first_point, after_s, x_m, y_m, vx, vy), (radius_m, _, _) = world
+    legs, pieces = index.legs, index.motion.pieces
+    leg, start_s = road
     from_s, to_s = window
-    k, last_piece = target
-    last = first_point[leg + 1] - 1
-    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
+    k, last_piece = ahead
+    last = legs.first_point[leg + 1] - 1
+    i = last_at_or_before(legs.after_s, legs.first_point[leg], last, from_s - start_s)
     while True:
-        begin_s = start_s + after_s[i]
-        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
-        flight = (x_m[i], y_m[i], vx[i], vy[i], begin_s)
-        seen = met(flight, (from_s, leaves_s), motion[0], k, radius_m)
+        begin_s = start_s + legs.after_s[i]
+        leaves_s = min(to_s, start_s + legs.after_s[i + 1]) if i + 1 < last else to_s
+        course = Course(legs.x_m[i], legs.y_m[i], legs.vx_mps[i], legs.vy_mps[i], begin_s)
+        part = Window(from_s, leaves_s)
+        seen_s = first_meeting(course, part, pieces, k, index.sensing.radius_m)
         i += 1
-        if seen < np.inf or i >= last:
-            return seen
-        from_s = start_s + after_s[i]
+        if seen_s < np.inf or i >= last:
+            return seen_s
+        from_s = start_s + legs.after_s[i]
         if from_s > to_s:
             return np.inf
-        k = piece_from(motion[0], k, last_piece, from_s)
+        k = piece_from(pieces, k, last_piece, from_s)
 
 
 @compiled
 def see_along_road(
-    road: tuple[int, float],
-    unseen: Flags,
-    marks: tuple[Ints, int, int],
-    world: World,
-    found: Found,
+    road: RoadFlight,
+    miss: Floats,
+    marks: Marks,
+    index: SearchIndex,
+    found: FirstSightings,
     count: int,
 ) -> int:
-    """Write down what a flight along a road sees; return the new count.
-
-    ``road`` is the leg and when it begins. ``marks`` tells by whom each particle was last met,
-    and the names of this transit and flight.
-    """
-    motion, passages, (first_point, after_s, _, _, _, _), _ = world
+    """Write down what a flight along a road sees; return the new count of sightings."""
+    motion, passages, legs = index.motion, index.passages, index.legs
     leg, start_s = road
-    first, from_s, to_s, _, particle, piece = passages
-    met_by, transit, flight = marks
-    end_s = start_s + after_s[first_point[leg + 1] - 1]
+    end_s = start_s + legs.after_s[legs.first_point[leg + 1] - 1]
+    roads = len(passages.first) // 2
     for rests in range(2):
-        entry = leg // 2 + rests * (len(first) // 2)
-        begin, end = passages_within(passages, entry, start_s, end_s)
+        entry = leg // 2 + rests * roads  # leg // 2 is its road
+        begin, end = passages_within(passages, entry, Window(start_s, end_s))
         for i in range(begin, end):
-            who = particle[i]
-            if to_s[i] < start_s or not unseen[who]:
+            who = passages.particle[i]
+            if passages.to_s[i] < start_s or not miss[who] > 0.0:
                 continue
-            if met_by[who] == transit or met_by[who] == flight:
+            if marks.by[who] == marks.transit or marks.by[who] == marks.flight:
                 continue
-            window = (max(start_s, from_s[i]), min(end_s, to_s[i]))
-            k, last = piece[i], motion[1][who + 1] - 1
-            if motion[0][k, END] <= window[0]:
-                k = piece_from(motion[0], k, last, window[0])
-            seen = met_along(leg, start_s, window, (k, last), world)
-            if seen < np.inf:
-                found[0][count], found[1][count] = who, seen
-                met_by[who] = flight
+            window = Window(max(start_s, passages.from_s[i]), min(end_s, passages.to_s[i]))
+            k, last = passages.piece[i], motion.first_piece[who + 1] - 1
+            if motion.pieces[k, END] <= window.from_s:
+                k = piece_from(motion.pieces, k, last, window.from_s)
+            seen_s = first_meeting_along(road, window, PiecesAhead(k, last), index)
+            if seen_s < np.inf:
+                found.particle[count], found.seen_at[count] = who, seen_s
+                marks.by[who] = marks.flight
                 count += 1
     return count
 
 
 @compiled
 def look_around(
-    place: Place, ends: Ends, wanted: Ints, unseen: Flags, world: World
-) -> Surroundings:
-    """Return what the transits to the wanted ends see; nothing if the sensor is off on them."""
-    motion, _, _, sensing = world
-    rays, ray_of_end = rays_to(ends, wanted)
-    if len(rays[0]) > 0 and sensing[2]:
-        here, heads, chain = ray_sightings(place, rays, unseen, motion, sensing)
-        return here, heads, chain, ray_of_end
+    departure: Departure, transits: Transits, wanted: Ints, miss: Floats, index: SearchIndex
+) -> Around:
+    """Return what the wanted transits see; nothing if the sensor is off on them."""
+    rays, ray_of = rays_to(transits, wanted)
+    if len(rays.bearing) > 0 and index.sensing.in_transit:
+        return Around(ray_sightings(departure, rays, miss, index.motion, index.sensing), ray_of)
     nobody = np.empty(0, dtype=np.int32)
-    none = np.full(len(rays[0]), -1, dtype=np.int32)
-    return nobody, none, (nobody, nobody, np.empty(0)), ray_of_end
+    head = np.full(len(rays.bearing), -1, dtype=np.int32)
+    return Around(RaySightings(nobody, head, Chain(nobody, nobody, np.empty(0))), ray_of)
 
 
 @compiled
 def see_on_the_way(
-    end: int,
+    transit: int,
     arrive_s: float,
-    around: Surroundings,
-    marks: tuple[Ints, int],
-    found: Found,
+    around: Around,
+    marks: Marks,
+    found: FirstSightings,
     count: int,
 ) -> int:
-    """Write down what the transit to an end sees after its start; return the new count."""
-    _, heads, chain, ray_of_end = around
-    met_by, transit = marks
-    at = heads[ray_of_end[end]] if end >= 0 else -1
+    """Write down what a transit sees after its start; return the new count of sightings."""
+    chain = around.rays.chain
+    at = around.rays.head[around.ray_of[transit]] if transit >= 0 else -1
     while at >= 0:
-        if chain[2][at] <= arrive_s:
-            who = chain[1][at]
-            found[0][count], found[1][count] = who, chain[2][at]
-            met_by[who] = transit
+        if chain.seen_at[at] <= arrive_s:
+            who = chain.particle[at]
+            found.particle[count], found.seen_at[count] = who, chain.seen_at[at]
+            marks.by[who] = marks.transit
             count += 1
-        at = chain[0][at]
+        at = chain.following[at]
     return count
 
 
 @compiled
-def roomier(found: Found) -> Found:
+def room_for_sightings(many: int) -> FirstSightings:
+    """Return empty columns for as many sightings."""
+    return FirstSightings(np.empty(many, dtype=np.int32), np.empty(many))
+
+
+@compiled
+def with_more_room(found: FirstSightings) -> FirstSightings:
     """Return the same sightings with room for twice as many."""
-    wide = (np.empty(2 * len(found[0]), dtype=np.int32), np.empty(2 * len(found[0])))
-    for i in range(len(found[0])):
-        wide[0][i], wide[1][i] = found[0][i], found[1][i]
-    return wide
+    many = len(found.particle)
+    larger = room_for_sightings(2 * many)
+    for i in range(many):
+        larger.particle[i], larger.seen_at[i] = found.particle[i], found.seen_at[i]
+    return larger
 
 
 @compiled
 def fly_all(
-    place: Place, flights: Flights, ends: Ends, unseen: Flags, world: World
-) -> tuple[Floats, Offsets, Ints, Floats]:
-    """Return what each flight sees.
-
-    Returns
-    -------
-    start_s, first, particle, seen_at
-        When each leg's road begins, (C,); where its sightings start, (C + 1,); the sightings.
-    """
-    wanted, end_of = flights
-    around = look_around(place, ends, end_of, unseen, world)
-    here = around[0]
-    met_by = np.zeros(len(unseen), dtype=np.int32)
-    start_s, first = np.empty(len(wanted)), np.zeros(len(wanted) + 1, dtype=np.int64)
-    found: Found = (np.empty(2 * len(unseen), dtype=np.int32), np.empty(2 * len(unseen)))
-    count = nothing()
-    for c in range(len(wanted)):
-        if count + len(unseen) > len(found[0]):
-            found = roomier(found)
-        away_s = ends[2][end_of[c]] if end_of[c] >= 0 else 0.0
-        start_s[c] = place[0] + away_s
-        for who in here:
-            found[0][count], found[1][count] = who, place[0]
-            met_by[who] = c + 1
+    departure: Departure,
+    candidates: Candidates,
+    transits: Transits,
+    miss: Floats,
+    index: SearchIndex,
+) -> Flights:
+    """Return what a flight to and along each candidate sees of the particles with ``miss`` > 0."""
+    leg_of, transit_of = candidates
+    around = look_around(departure, transits, transit_of, miss, index)
+    seen_by = np.zeros(len(miss), dtype=np.int32)
+    start_s, first = np.empty(len(leg_of)), np.zeros(len(leg_of) + 1, dtype=np.int64)
+    found = room_for_sightings(2 * len(miss))
+    count = zero()
+    for c in range(len(leg_of)):
+        if count + len(miss) > len(found.particle):
+            found = with_more_room(found)
+        away_s = transits.lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0
+        start_s[c] = departure.time_s + away_s
+        for who in around.rays.here:
+            found.particle[count], found.seen_at[count] = who, departure.time_s
+            seen_by[who] = c + 1
             count += 1
-        count = see_on_the_way(end_of[c], start_s[c], around, (met_by, c + 1), found, count)
-        road, marks = (wanted[c], start_s[c]), (met_by, c + 1, c + 1)
-        count = see_along_road(road, unseen, marks, world, found, count)
+        marks = Marks(seen_by, c + 1, c + 1)
+        count = see_on_the_way(transit_of[c], start_s[c], around, marks, found, count)
+        road = RoadFlight(leg_of[c], start_s[c])
+        count = see_along_road(road, miss, marks, index, found, count)
         first[c + 1] = count
-    return start_s, first, found[0][:count], found[1][:count]
+    return Flights(start_s, first, found.particle[:count], found.seen_at[:count])
 
 
 @compiled
-def worth_of(found: Found, count: int, weight: Floats, goal: Goal) -> tuple[float, float]:
-    """Return what the first sightings are worth in all, and the weight of their particles."""
+def earned_by(
+    found: FirstSightings, count: int, miss: Floats, index: SearchIndex
+) -> tuple[float, float]:
+    """Return what the first ``count`` sightings earn, and weight * miss of their particles."""
     reward, seen = 0.0, 0.0
     for j in range(count):
-        who = found[0][j]
-        reward += weight[who] * reward_of(found[1][j], goal)
-        seen += weight[who]
+        who = found.particle[j]
+        unseen = index.weight[who] * miss[who]
+        reward += unseen * reward_of(found.seen_at[j], index.goal)
+        seen += unseen
     return reward, seen
 
 
 @compiled
-def legs_by_end(end_of: Ints, many: int) -> tuple[Ints, Ints]:
-    """Return the chains of legs behind each end: heads, (many + 1,), end -1 first; next, (C,)."""
+def by_transit(transit_of: Ints, many: int) -> tuple[Ints, Ints]:
+    """Return the chains of candidates behind each of ``many`` transits.
+
+    Returns
+    -------
+    head, following
+        The first of each transit's candidates, (many + 1,), transit -1 first; and of each
+        candidate the next one behind the same transit, (C,), -1: none.
+    """
     head = np.full(many + 1, -1, dtype=np.int32)
-    following = np.empty(len(end_of), dtype=np.int32)
-    for c in range(len(end_of) - 1, -1, -1):
-        following[c] = head[end_of[c] + 1]
-        head[end_of[c] + 1] = c
+    following = np.empty(len(transit_of), dtype=np.int32)
+    for c in range(len(transit_of) - 1, -1, -1):
+        following[c] = head[transit_of[c] + 1]
+        head[transit_of[c] + 1] = c
     return head, following
 
 
 @compiled
 def score_all(
-    place: Place,
-    flights: Flights,
-    ends: Ends,
-    unseen: Flags,
-    world: World,
-    aim: tuple[Floats, Goal],
-) -> tuple[Floats, Floats, Floats]:
-    """Return what each flight earns; ``aim`` holds the particles' weights and the goal.
-
-    Returns
-    -------
-    start_s, reward, seen
-        When each leg's road begins, the expected reward, and the weight of the particles seen,
-        (C,) each.
-    """
-    wanted, end_of = flights
-    weight, goal = aim
-    around = look_around(place, ends, end_of, unseen, world)
-    met_by = np.zeros(len(unseen), dtype=np.int32)
-    found = (np.empty(len(unseen), dtype=np.int32), np.empty(len(unseen)))
-    at_once, still = 0.0, unseen.copy()
-    for who in around[0]:
-        still[who] = False
-        at_once += weight[who]
-    sums = np.empty((3, len(wanted)))
-    head, following = legs_by_end(end_of, len(ends[2]))
-    for end in range(-1, len(ends[2])):
-        if head[end + 1] < 0:
+    departure: Departure,
+    candidates: Candidates,
+    transits: Transits,
+    miss: Floats,
+    index: SearchIndex,
+) -> Earnings:
+    """Return what a flight to and along each candidate earns."""
+    leg_of, transit_of = candidates
+    around = look_around(departure, transits, transit_of, miss, index)
+    seen_by = np.zeros(len(miss), dtype=np.int32)
+    found = room_for_sightings(len(miss))
+    at_once, still = 0.0, miss.copy()
+    for who in around.rays.here:
+        still[who] = 0.0
+        at_once += index.weight[who] * miss[who]
+    many = len(leg_of)
+    earnings = Earnings(np.empty(many), np.empty(many), np.empty(many))
+    head, following = by_transit(transit_of, len(transits.lasts_s))
+    for transit in range(-1, len(transits.lasts_s)):
+        if head[transit + 1] < 0:
             continue
-        start_s = place[0] + (ends[2][end] if end >= 0 else 0.0)
-        count = see_on_the_way(end, start_s, around, (met_by, end + 2), found, nothing())
-        reward, seen = worth_of(found, count, weight, goal)
-        reward += at_once * reward_of(place[0], goal)
-        c = head[end + 1]
+        start_s = departure.time_s + (transits.lasts_s[transit] if transit >= 0 else 0.0)
+        marks = Marks(seen_by, transit + 2, transit + 2)
+        count = see_on_the_way(transit, start_s, around, marks, found, zero())
+        reward, seen = earned_by(found, count, miss, index)
+        reward += at_once * reward_of(departure.time_s, index.goal)
+        c = head[transit + 1]
         while c >= 0:
-            marks = (met_by, end + 2, -1 - c)
-            count = see_along_road((wanted[c], start_s), still, marks, world, found, nothing())
-            more, others = worth_of(found, count, weight, goal)
-            sums[0, c], sums[1, c], sums[2, c] = start_s, reward + more, seen + at_once + others
+            road, marks = RoadFlight(leg_of[c], start_s), Marks(seen_by, transit + 2, -1 - c)
+            count = see_along_road(road, still, marks, index, found, zero())
+            more, others = earned_by(found, count, miss, index)
+            earnings.start_s[c], earnings.reward[c] = start_s, reward + more
+            earnings.seen[c] = seen + at_once + others
             c = following[c]
-    return sums[0], sums[1], sums[2]
+    return earnings

@@ -6,14 +6,6 @@ def time_unit(longest_s: float) -> tuple[str, float]:
     return ("min", 60.0) if longest_s >= 1200 else ("s", 1.0)
 
 
-def clock(time_s: float) -> str:
-    """Return a time as H:MM:SS, to the nearest second."""
-    sign, whole = ("-", -round(time_s)) if round(time_s) < 0 else ("", round(time_s))
-    minutes, seconds = divmod(whole, 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{sign}{hours}:{minutes:02d}:{seconds:02d}"
-
-
 def length(metres: float) -> str:
     """Return a length in metres below a kilometre, else in kilometres to three digits."""
     if metres < 999.5:
