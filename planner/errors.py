@@ -16,7 +16,7 @@ class InputError(PlannerError, ValueError):
 class Fault:
     """One thing that is wrong with a scenario; as text, the key and what to do about it."""
 
-    key: str  # dotted, such as target.start.AB; or what else tells the place, such as line 3
+    key: str  # dotted, such as target.start.AB; or another place, such as line 3
     text: str  # what is wrong, and the remedy
     unknown: bool = False  # whether there is no such key, so that no value would do
 

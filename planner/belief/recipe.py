@@ -1,7 +1,7 @@
-"""What particles are made of, told before they are drawn: enough to know whether they are known.
+"""Recipes: all that decides which particles come out, known before any is drawn.
 
-A recipe holds everything that decides which particles come out, but for the network. Two equal
-recipes give equal particles, so that a recording can be looked up without drawing any.
+Two equal recipes give equal particles on the same network, so that a recording can be looked up
+without drawing them.
 """
 
 from collections.abc import Sequence

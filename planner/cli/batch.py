@@ -113,7 +113,7 @@ def list_conditions(
                 waiting.append(one)
     duration = duration_of(waiting, known_times(times))
     summary = {"conditions": listed, "duration": duration.as_dict()}
-    print_result(arguments, summary, [*blocks, duration.told(arguments.jobs or cores())])
+    print_result(arguments, summary, [*blocks, duration.sentence(arguments.jobs or cores())])
     return 0
 
 

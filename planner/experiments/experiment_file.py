@@ -1,4 +1,4 @@
-"""An experiment file: read and checked, so that nothing wrong in it is found out late."""
+"""An experiment file, read and checked before anything is run."""
 
 import tomllib
 from collections.abc import Mapping
@@ -276,10 +276,10 @@ def _fault_of(key: str, levels: Any) -> str | None:
 
 
 def _refuse_unknown_keys(experiment: Experiment) -> None:
-    """Tell at once of keys that no condition could be run with.
+    """Raise InputError for keys that no condition could be run with.
 
-    A level out of range is told later, as the reason of the conditions that have it: it may be
-    sound together with others only.
+    A level out of range is reported later, as the reason why its conditions failed: it may be
+    sound in combination with others.
     """
     first = experiment.conditions()[0]
     for within, overrides in [

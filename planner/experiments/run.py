@@ -99,10 +99,10 @@ def _key(condition: Condition) -> Key:
 class _RunningExperiment:
     """An experiment some of whose conditions may wait to be run."""
 
-    def __init__(self, kept: ResultStore, conditions: Sequence[Condition]) -> None:
-        kept.clean()
-        self.kept, self.conditions = kept, conditions
-        self.figures = {one.id: kept.figures(one) for one in conditions}
+    def __init__(self, store: ResultStore, conditions: Sequence[Condition]) -> None:
+        store.clean()
+        self.store, self.conditions = store, conditions
+        self.figures = {one.id: store.figures(one) for one in conditions}
         self.waiting = {_key(one): one for one in conditions if self.figures[one.id] is None}
         self.run = len(self.waiting)
 
@@ -111,23 +111,23 @@ class _RunningExperiment:
         mine = self.waiting.pop(_key(condition), None)
         if mine is None:
             return False
-        self.kept.keep(mine, outcome)
+        self.store.keep(mine, outcome)
         self.figures[mine.id] = outcome.figures
         return True
 
     def written(self) -> Results:
         """Write the table of all conditions."""
         rows = [row for one in self.conditions for row in rows_of(one, self.figures[one.id] or {})]
-        write_results(self.kept.folder, rows, self.conditions[0].metrics)
-        times = [self.kept.timing(one) for one in self.conditions]
-        write_timings(self.kept.folder, [one.id for one in self.conditions], times)
+        write_results(self.store.folder, rows, self.conditions[0].metrics)
+        times = [self.store.timing(one) for one in self.conditions]
+        write_timings(self.store.folder, [one.id for one in self.conditions], times)
         return Results(tuple(rows), self.run, self.figures)
 
 
 def _record_shared(waiting: Sequence[Condition], workers: int, progress: Progress | None) -> None:
     """Record what conditions share before any of them is run; the cache keeps it.
 
-    What cannot be recorded is left to the conditions themselves, which tell why.
+    What cannot be recorded is left to the conditions themselves, which report why.
     """
     recorded: set[str] = set()
     for condition in waiting:

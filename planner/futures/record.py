@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.futures.futures import Futures
-from planner.futures.knots import Routes, futures_of_samples
+from planner.futures.knots import DrivenRoutes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
 from planner.futures.workers import in_processes
 from planner.network.road_network import RoadNetwork
@@ -89,7 +89,7 @@ def record_batch(
     samples = simulate(network, run)
     numbers = [batch[int(name)] for name in samples.names]
     constant = particles.driving == "constant"
-    routes = Routes(
+    routes = DrivenRoutes(
         [particles.route(k) for k in numbers],
         [particles.speeds(k) for k in numbers] if constant else None,
     )

@@ -115,7 +115,7 @@ def _parts(value: Any) -> Iterator[bytes]:
     Raises
     ------
     TypeError
-        If a field holds what has no text of its own: such a recipe could not be told from others.
+        If a field holds anything else: two such recipes could not be distinguished.
     """
     if isinstance(value, np.ndarray):
         yield repr((value.dtype.str, value.shape)).encode()

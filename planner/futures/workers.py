@@ -1,4 +1,4 @@
-"""Processes that do a stage's work: libsumo holds one simulation, and hears no Ctrl-C.
+"""Worker processes: libsumo holds one simulation, and ignores Ctrl-C.
 
 A worker is a Python of its own that reads tasks from its input and writes answers to its output.
 It lies in a session of its own, so that Ctrl-C reaches the program alone, and it ends with the

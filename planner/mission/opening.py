@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.belief.distribution import distribution
-from planner.belief.prior import Prior, Turns, prior_of
+from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import shown, suggestion
@@ -66,7 +66,7 @@ def open_scenario(
     draft = read_draft(place, preset=preset, overrides=overrides)
     faults = list(draft.faults)
     network = _network(draft, faults)
-    turns: dict[str, Turns] = {}
+    turns: dict[str, TurnTable] = {}
     if network is not None:
         for key, target, names in _targets(draft):
             turns[key], found = _turns(key, target, network, draft.folder)
@@ -112,7 +112,7 @@ def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
 
 def _turns(
     key: str, target: TargetSection, network: RoadNetwork, folder: Path
-) -> tuple[Turns, list[Fault]]:
+) -> tuple[TurnTable, list[Fault]]:
     """Return the probabilities given for turns, and what is wrong with them on this network."""
     if isinstance(target.turning, str):
         return {}, []
@@ -132,7 +132,7 @@ def _turns(
     return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
 
 
-def _turn_faults(turns: Turns, network: RoadNetwork) -> Iterator[tuple[str, str]]:
+def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, str]]:
     """Yield each turn that the network does not have, as an edge or a pair, and what is wrong."""
     for start, ways in turns.items():
         if start not in network.edge_index:

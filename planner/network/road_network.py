@@ -71,6 +71,11 @@ class RoadNetwork:
         return {name: i for i, name in enumerate(self.edge_ids)}
 
     @cached_property
+    def road_index(self) -> dict[str, int]:
+        """Index of each road by its name."""
+        return {name: i for i, name in enumerate(self.road_ids)}
+
+    @cached_property
     def node_index(self) -> dict[str, int]:
         """Index of each node by its name."""
         return {name: i for i, name in enumerate(self.node_ids)}
@@ -108,7 +113,7 @@ class RoadNetwork:
         return np.asarray(a + (b - a) * share[..., None])
 
     def edge_xy(self, edge: Ints | int, distance_m: Floats | float) -> Floats:
-        """Return the points of the drawn roads at distances that SUMO tells, (..., 2) metres.
+        """Return the points of the drawn roads at distances as SUMO measures them, (..., 2) metres.
 
         SUMO's length of an edge may differ from the drawn one; distances are scaled.
         """

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 Verdict = Literal["reproduced", "in part", "not reproduced", "beyond the paper"]
-Found = Mapping[str, Results]  # by the name of the experiment
+ResultsByName = Mapping[str, Results]  # by the name of the experiment
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Claim:
     note: str = ""  # beside the verdict: how far it holds
 
 
-Judge = Callable[[Found], Iterable[Claim]]
+Judge = Callable[[ResultsByName], Iterable[Claim]]
 
 
-def judged(found: Found, judges: Sequence[Judge]) -> list[Claim]:
+def judged(found: ResultsByName, judges: Sequence[Judge]) -> list[Claim]:
     """Return the claims that the experiments at hand can say something of."""
     return [claim for judge in judges for claim in judge(found)]
 

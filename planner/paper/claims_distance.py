@@ -7,7 +7,7 @@ from statistics import median
 from typing import Any
 
 from planner.experiments.results import Row
-from planner.paper.claims import Claim, Found, Verdict, markdown_table
+from planner.paper.claims import Claim, ResultsByName, Verdict, markdown_table
 from planner.paper.claims_crossing import better_beyond
 from planner.paper.claims_shared import (
     EXHAUSTIVE,
@@ -35,7 +35,7 @@ NEAR_M = 200e3
 FAR_BETTER = 0.1  # share by which the usual plan has to be longer
 
 
-def claims(found: Found) -> Iterator[Claim]:
+def claims(found: ResultsByName) -> Iterator[Claim]:
     """Yield what Figure 8 says of the paper's claims."""
     if "figure8" not in found:
         return

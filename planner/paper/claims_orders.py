@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from planner.experiments.results import Row
-from planner.paper.claims import Claim, Found, markdown_table
+from planner.paper.claims import Claim, ResultsByName, markdown_table
 from planner.paper.figures import U0
 from planner.paper.optimum import BOUND
 from planner.report.estimates import EXPECTED, FOUND, estimate, levels
@@ -15,7 +15,7 @@ PAPERS_MOVEMENTS = 2
 PAPERS_ORDERS = 645_120
 
 
-def claims(found: Found) -> Iterator[Claim]:
+def claims(found: ResultsByName) -> Iterator[Claim]:
     """Yield what the studies of orders say of the paper's claims."""
     if "section3" in found:
         rows = _sound(found["section3"].rows)
@@ -72,8 +72,8 @@ def _breadth_first(rows: Sequence[Row]) -> Claim:
 def _left_out(rows: Sequence[Row]) -> str:
     """Tell which roads the breadth-first orders never fly, by the name of the order."""
     orders = {row["order"]: row["never_flown"] for row in rows if not _keeps_precedence(row)}
-    told = [f"{order}: {roads or 'none'}" for order, roads in orders.items()]
-    return f" Roads that are never flown: {'; '.join(told)}."
+    unflown = [f"{order}: {roads or 'none'}" for order, roads in orders.items()]
+    return f" Roads that are never flown: {'; '.join(unflown)}."
 
 
 def _precedence(rows: Sequence[Row], grid: Sequence[Row]) -> Claim:

@@ -12,7 +12,7 @@ from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem
 from planner.search.methods import method_named
 from planner.search.stop import WorkDone
 
-METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
+COMPARED = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
 STEP_WORK = 250  # units of search.work for one step of the search for better prices
 BOUND = "no plan over roads is better than"
 
@@ -27,7 +27,7 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
     recorder = Recorder(opened, 1)
     futures = recorder.planning().futures
     values = {}
-    for name in METHODS:
+    for name in COMPARED:
         method = method_named(name)
         holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
         problem = problem_of(opened, futures, method=method)

@@ -18,7 +18,7 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.streams import stream
 
-METHODS = ("exact", "best", "lookahead", "rate", "greedy", "exhaustive", "exhaustive-shortest")
+COMPARED = ("exact", "best", "lookahead", "rate", "greedy", "exhaustive", "exhaustive-shortest")
 BINS = 120
 FLOWN = 500  # orders drawn at random and flown on their own, to check the enumeration
 SAME_S = 1e-6  # values this close are equal
@@ -41,7 +41,7 @@ def orders_of(condition: Condition) -> dict[str, Any]:
         _row("all orders: worst", float(every.value.max()), every.value),
         _random_row(problem, every, condition.seed),
     ]
-    for name in METHODS:
+    for name in COMPARED:
         plan = make_plan(method_named(name), opened, Recorder(opened, 1), futures).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         rows.append(_row(name, flown.expected_detection_time_s, every.value))

@@ -157,7 +157,7 @@ def _levels(
 ) -> tuple[list[str], list[list[str]], str | None]:
     """Return column names for factors, the cells of each row, and what these leave out.
 
-    Where factors are many, those that mostly have one level share a column, which tells others.
+    Where factors are many, those that mostly have one level share a column, which names the others.
     """
     usual: dict[str, str] = {}
     for key in factors if rows and len(factors) > COLUMNS else ():

@@ -146,11 +146,11 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
     """Return a method's row as plain data; None where the method cannot be used."""
     if row.evaluated is None or row.planned is None:
         return {"method": row.method, "why_not": row.why_not}
-    told = figures(row.evaluated)
-    low_s, high_s = told.pop("ci95_s")
+    summary = figures(row.evaluated)
+    low_s, high_s = summary.pop("ci95_s")
     return {
         "method": row.method,
-        **told,
+        **summary,
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "planned_expected_detection_time_s": row.planned.expected_detection_time_s,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planner.bounds.certificate import gap_of
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
+from planner.flight.legs import leg_ends
 from planner.flight.plan import Plan
 from planner.futures.state_at import QUANTILES, RoadState
 from planner.mission.trial import Trial
@@ -77,17 +78,16 @@ def legs_table(plan: Plan, network: RoadNetwork) -> "Table":
         table.add_column(name, justify="right" if right else "left")
     for legs in plan.legs:
         for order, leg in enumerate(legs, 1):
-            ends = [network.road_from[leg.road], network.road_to[leg.road]]
-            names = [network.node_ids[node] for node in (ends[::-1] if leg.leg % 2 else ends)]
+            ends = leg_ends(network, leg.leg)
             times = (clock(leg.start_s), clock(leg.end_s))
-            table.add_row(str(order), network.road_ids[leg.road], *names, *times)
+            table.add_row(str(order), network.road_ids[leg.road], *ends, *times)
     return table
 
 
 def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     """Return methods side by side, on the same futures and the same fresh targets.
 
-    A method that cannot be used keeps its row and says why. Where bounds are known, a column tells
+    A method that cannot be used keeps its row and says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
     """
     table = _table(title)

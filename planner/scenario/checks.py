@@ -1,4 +1,4 @@
-"""What sections of a scenario have to agree on, beyond the type of each value."""
+"""Checks across the sections of a scenario, beyond the type of each value."""
 
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
@@ -55,7 +55,7 @@ def missing_files(section: NetworkSection, folder: Path) -> Iterator[Fault]:
 
 
 def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:
-    """Yield what is wrong with the probabilities of a target, and a turn file not there."""
+    """Yield what is wrong with the probabilities of a target, or a turn file that is missing."""
     if not isinstance(section.start, str):
         fault = probability_fault(list(section.start.values()))
         if fault:
@@ -74,7 +74,7 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
 def horizon_faults(
     target: TargetSection, uav: UavSection, search: SearchSection
 ) -> Iterator[Fault]:
-    """Yield what is wrong with a horizon or a deadline that leaves no time to search."""
+    """Yield the fault of a horizon or a deadline that leaves no time to search."""
     take_off_s = target.last_seen_ago_s + uav.take_off_s + search.planning_time_s
     if search.horizon_s <= take_off_s:
         yield Fault(
@@ -95,7 +95,7 @@ def horizon_faults(
 
 
 def sampling_faults(target: TargetSection, search: SearchSection) -> Iterator[Fault]:
-    """Yield what cannot be taken all of."""
+    """Yield the distributions that have too many values for all of them to be taken."""
     if search.sampling != "all":
         return
     for name in ("distance_m", "speed_mps"):

@@ -1,7 +1,7 @@
 """From a scenario's file to a `Scenario`, or to all of its faults at once.
 
 Nothing here opens a network: what needs one is checked by `planner.mission.opening`, which starts
-from the `Draft` made here so that all faults of a scenario are told together.
+from the `Draft` made here, so that all faults of a scenario are reported together.
 """
 
 import logging
@@ -47,7 +47,7 @@ class Draft:
     sensor: SensorSection | None
     search: SearchSection | None
     greedy: GreedySection | None
-    truth_keys: frozenset[str]  # what the file says of the truth alone
+    truth_keys: frozenset[str]  # what the file says about the truth alone
     faults: tuple[Fault, ...]
 
     @property
@@ -84,7 +84,7 @@ def read_scenario(
     InputError
         If there is no such scenario.
     ScenarioError
-        With all faults that can be told without the network.
+        With all faults that can be found without the network.
     """
     return read_draft(place, preset=preset, overrides=overrides).scenario()
 
@@ -131,7 +131,7 @@ def read_draft(
 
 
 def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], Mapping[str, Any]]:
-    """Return the title, a table for each section, and what is said of the truth alone."""
+    """Return the title, a table for each section, and what is said about the truth alone."""
     tables = {key: source.tables.get(key, {}) for key in SECTIONS}
     title = source.tables.get("title", "")
     if not isinstance(title, str):

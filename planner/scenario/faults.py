@@ -1,4 +1,4 @@
-"""Faults of a scenario's tables in plain words: the key, what is wrong, the remedy."""
+"""Faults of a scenario's tables in plain words: the key, what is wrong and the remedy."""
 
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -48,7 +48,7 @@ def faults_of(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> Ite
 def dotted(key: str, place: Sequence[str | int]) -> str:
     """Return the dotted key of a place in a section.
 
-    Names that begin with ~ tell the checker's branches apart; nobody writes them.
+    Names that begin with ~ mark the checker's branches; nobody writes them.
     """
     written = [part for part in place if not _is_branch(part)]
     return key + "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in written)

@@ -29,7 +29,7 @@ class Source:
     path: Path  # of the file
     tables: Tables
     faults: tuple[Fault, ...]
-    parsed: bool = True  # False: the file is not TOML, so nothing else is known of it
+    parsed: bool = True  # False: the file is not TOML, so nothing else is known
 
     @property
     def folder(self) -> Path:

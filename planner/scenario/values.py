@@ -1,8 +1,8 @@
 """What a key of a scenario may hold: checked values, each with the forms it can be written in.
 
-A value written in one of several forms is a union with a discriminator, so that a fault is told
-of the form that was meant. Tags that begin with ``~`` are no keys: where a fault lies is told
-without them.
+A value that can be written in several forms is a union with a discriminator, so that a fault is
+reported for the form that was meant. Tags that begin with ``~`` are not keys, and are left out of
+a fault's key.
 """
 
 import copy
@@ -56,7 +56,7 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    # What takes the place of a required key that is faulty, so that the rest can be looked at.
+    # What replaces a required key that is faulty, so that the rest can still be checked.
     stand_in: ClassVar[dict[str, Any]] = {}
 
     @classmethod

@@ -13,6 +13,7 @@ from planner.network.read import open_network, read_net
 from planner.network.road_network import RoadNetwork
 from planner.scenario.sections import NetworkSection
 from support import instances
+from support.data import data_file
 
 NETS = Path(__file__).parents[2] / "sumo_nets"
 
@@ -234,3 +235,10 @@ def test_a_net_tells_its_projection(tmp_path: Path) -> None:
         read._network.cache_clear()
         assert read_net(tmp_path / "town.net.xml").projection == utm
     assert read_net(tmp_path / "town.net.xml").half_width_m.tolist() == [0.0] * 60
+
+
+def test_a_quarter_of_bologna() -> None:
+    network = read_net(data_file("bologna_acosta/acosta_buslanes.net.xml"))
+    assert len(network.edge_ids) > 100
+    assert (network.road_length_m > 0).all()
+    assert network.projection is None or network.projection.startswith("+proj")

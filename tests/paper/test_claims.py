@@ -12,14 +12,14 @@ from planner.paper import (
     claims_orders,
     claims_speed,
 )
-from planner.paper.claims import Claim, Found, markdown_table, page
+from planner.paper.claims import Claim, ResultsByName, markdown_table, page
 from planner.paper.figures import ALL, PATHS, U0
 from planner.paper.optimum import BOUND
 from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND
 from support.experiment_results import exhaustive_until, figure8, figure9
 
 
-def judged(found: Found, judge: Any, start: str) -> Claim:
+def judged(found: ResultsByName, judge: Any, start: str) -> Claim:
     (claim,) = [claim for claim in judge(found) if claim.text.startswith(start)]
     return claim
 
