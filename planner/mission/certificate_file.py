@@ -39,9 +39,13 @@ def certificate_content(problem: Problem, certificate: Certificate) -> dict[str,
 
 
 def write_certificate(
-    folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
+    folder: Path,
+    problem: Problem,
+    certificate: Certificate,
+    plan_file: Path,
+    content: dict[str, Any],
 ) -> None:
-    """Write prices, particles and net, and the plan with what it is told."""
+    """Write prices, particles and net, and the plan with its certificate."""
     futures = problem.futures
     proof = sorted(certificate.proof.items())
     prices = {
@@ -55,7 +59,7 @@ def write_certificate(
     write_table(folder / MOTION, motion, {})
     write_json(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": told})
+    write_json(folder / plan_file.name, plan | {"certificate": content})
 
 
 def stored_certificate(plan_file: Path) -> dict[str, Any]:
@@ -72,12 +76,12 @@ def proves_more(earlier: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
     return before is not None and (now is None or before < now)
 
 
-def keep_proof(folder: Path, plan_file: Path, told: Mapping[str, Any]) -> None:
+def keep_proof(folder: Path, plan_file: Path, content: Mapping[str, Any]) -> None:
     """Copy an earlier certificate's files, and write the plan with what it is told."""
     for name in PROOF:
         shutil.copy(plan_file.with_name(name), folder / name)
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": dict(told)})
+    write_json(folder / plan_file.name, plan | {"certificate": dict(content)})
 
 
 def _short(pieces: Pieces) -> Pieces:

@@ -34,7 +34,7 @@ class Method:
     moves_freely: bool = False  # off the roads, if the budget allows it
     takes_options: bool = False  # of the scenario's [greedy], and particles drawn anew
     is_sized: bool = True  # how long it takes follows from what the scenario says
-    stops: bool = False  # when it is told to, with the best plan so far
+    stops: bool = False  # when asked, with the best plan so far
 
 
 def _exhaustive() -> Planner:

@@ -20,12 +20,12 @@ class SearchResult:
 
     plan: Plan
     work: int | None = None  # units done; None: the planner counts none
-    stopped: bool = False  # whether it was told to stop before its work was done
+    stopped: bool = False  # whether a rule ended it before its work was done
     trace: tuple[TracePoint, ...] = ()  # rising work; values on the particles chosen on
 
 
 class SearchLog:
-    """What a search has done so far: it is asked when to stop, and told what is reached."""
+    """What a search has done so far: it is asked when to stop and given what is reached."""
 
     def __init__(self, problem: Problem, budget: Budget) -> None:
         self._objective, self._budget = problem.objective, budget

@@ -106,8 +106,9 @@ def _scoring_s(problem: Problem, repeats: int) -> float:
     """Return the seconds of one scoring of all legs from the first node after take-off."""
     at_start, made = problem.first_state, WhatIf(problem)
     legs = candidate_legs(problem, at_start)
+    first, *_ = legs.tolist()
     flights = made.fly(at_start, legs[:1])
-    state = at_start.after(problem.legs, int(legs[0]), flights.seen(0, len(problem.futures)))
+    state = at_start.after(problem.legs, first, flights.seen(0, len(problem.futures)))
     return _median_s(lambda: made.score(state, legs), repeats)
 
 
