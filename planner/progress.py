@@ -18,3 +18,7 @@ class Progress(Protocol):
         note
             What else is worth knowing, such as the best value so far.
         """
+
+
+def silent(done: int, total: int, note: str = "", /) -> None:
+    """Report to nobody."""

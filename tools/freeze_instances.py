@@ -70,8 +70,8 @@ def searched(instance: Instance, work: int) -> Instance:
         budget = replace(budget_of(opened), work=work)
         plan = make_plan(
             method_named(name), opened, recorder, futures, holdout=holdout, budget=budget
-        )
-        legs = [flown.leg for flown in plan.legs[0]]
+        ).plan
+        legs = [flown.leg for flown_by in plan.legs for flown in flown_by]
         candidates.append((holdout_value(problem, plan), name, legs))
     if instance.plan:
         legs = legs_named(opened.network, instance.plan)

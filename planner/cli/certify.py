@@ -3,6 +3,7 @@
 import argparse
 import math
 from contextlib import ExitStack
+from itertools import count as counted
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -95,22 +96,31 @@ def _certificate(
     arguments: argparse.Namespace, opened: "OpenScenario", plan: "Plan", problem: "Problem"
 ) -> "tuple[Certificate, float | None]":
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
-    from planner.bounds.certificate import STEPS
+    from planner.bounds.certificate import Effort, certified
     from planner.cli.progress import progress_bar
-    from planner.cli.trials import UNCOUNTED, certificate_of
-    from planner.mission.certify import Limits, bounds_of_sets, limit_of
+    from planner.cli.trials import Bounding, certificate_of
+    from planner.mission.certify import bounds_of_sets, limit_of
     from planner.mission.recorder import Recorder
 
     seconds, sets = arguments.time_limit, arguments.sets
-    steps = arguments.work or (STEPS if seconds is None else UNCOUNTED)
+    limit_s = math.inf if seconds is None else seconds
     with first_interrupt_asks() as asked:
-        limits = Limits(arguments.gap, steps, math.inf if seconds is None else seconds, asked)
-        certificate = certificate_of(problem, plan, limits)
+        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work)
+        certificate = certificate_of(problem, plan, bounding)
         if sets is None:
             return certificate, None
         with progress_bar("other sets") as progress:
             recorder = Recorder(opened, arguments.jobs)
-            bounds = bounds_of_sets(recorder, plan, limits, sets, lambda n: progress(n, sets))
+            done = counted(1)
+
+            def bound(other: "Problem") -> float | None:
+                if asked():
+                    return None
+                found = certified(other, plan, Effort(bounding.gap, bounding.stop())).bound
+                progress(next(done), sets)
+                return found
+
+            bounds = bounds_of_sets(recorder, plan, sets, bound)
     enough = len(bounds) == sets and len(bounds) > 1
     return certificate, limit_of(bounds, problem.objective.by_s) if enough else None
 

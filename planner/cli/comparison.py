@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from planner.bounds.certificate import STEPS
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import (
@@ -17,7 +16,7 @@ from planner.cli.session import (
     output_file,
     planning_recorded,
 )
-from planner.cli.trials import UNCOUNTED, Targets, certificate_of, trial_of
+from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
 from planner.detection.evaluation import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
@@ -118,16 +117,15 @@ def _computed(
     known: Bounds,
 ) -> Bounds:
     """Return a bound for each class of plans; a bound that is already known stays."""
-    timed = arguments.time_limit is not None
-    seconds, steps = (arguments.time_limit, UNCOUNTED) if timed else (math.inf, STEPS)
+    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
     futures, reasons = targets.planning.futures, list(known.reasons)
     with first_interrupt_asks() as asked:
-        limits = certify.Limits(0.0, steps, seconds, asked)
+        bounding = Bounding(asked, seconds=seconds)
 
         def bound(plan: Plan) -> float | None:
             problem = certify.problem_of_plan(opened, plan, futures)
             try:
-                return certificate_of(problem, plan, limits).bound
+                return certificate_of(problem, plan, bounding).bound
             except NotApplicableError as error:
                 reasons.append(f"gap: {error}")
                 return None

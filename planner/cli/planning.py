@@ -6,12 +6,12 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from planner.bounds.certificate import STEPS, Certificate
+from planner.bounds.certificate import Certificate
 from planner.cli.printing import print_result
 from planner.cli.session import (
     evaluation_recorded,
@@ -20,23 +20,23 @@ from planner.cli.session import (
     output_folder,
     planning_recorded,
 )
-from planner.cli.trials import UNCOUNTED, Targets, certificate_of, trial_of
-from planner.detection.sensor import Sensor
+from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
 from planner.flight.plan import Plan
 from planner.futures.store import Recording, read_recording
 from planner.interrupts import first_interrupt_asks
-from planner.mission import certificate_file, certify, run_folder
+from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import plan_content
-from planner.mission.recorder import problem_of
+from planner.mission.recorder import budget_of, problem_of
 from planner.mission.to_gap import Sides, planned_to_gap
-from planner.mission.trial import Limits, Trial, try_order
+from planner.mission.trial import Trial, try_order
 from planner.provenance import provenance
 from planner.report import run_files, sentences, tables
 from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
+from planner.search.stop import AnyOf, Asked, Elapsed
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         found = _found(arguments, opened, method, targets)
         watch.lap("planning and evaluation")
         watch.took_s["planning"] = found.trial.took_s
-        content = _plan_content(opened, found.trial)
+        content = _plan_content(opened, found)
         if folder is not None:
             _write(folder, opened, found, content)
             watch.lap("files")
@@ -103,15 +103,15 @@ def _found(
     with first_interrupt_asks() if method.stops else nullcontext(bool) as asked:
 
         def planned(more: int, limit_s: float) -> Trial:
-            limits = Limits(limit_s, asked, more=more)
-            return trial_of(arguments, opened, method, targets, limits)
+            budget, stop = budget_of(opened), AnyOf(Elapsed(limit_s), Asked(asked))
+            budget = replace(budget, work=more * budget.work, stop=stop)
+            return trial_of(arguments, opened, method, targets, budget)
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
-            steps = STEPS if math.isinf(limit_s) else UNCOUNTED
             try:
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
-                    limits = certify.Limits(arguments.gap, steps, limit_s, interrupted)
-                    return certificate_of(problem, plan, limits)
+                    bounding = Bounding(interrupted, arguments.gap, limit_s)
+                    return certificate_of(problem, plan, bounding)
             except NotApplicableError as error:
                 reasons.append(str(error))
                 return None
@@ -149,7 +149,7 @@ def _blocks(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) 
     same_belief = opened.scenario.truth == opened.scenario.target
     if hint and same_belief and not arguments.futures:
         yield hint
-    if trial.stopped:
+    if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
     if arguments.futures is not None:
         yield "the fresh targets are drawn from the scenario's belief, not from --futures"
@@ -177,20 +177,25 @@ class _Watch:
         self._last_s = now_s
 
 
-def _plan_content(opened: OpenScenario, trial: Trial) -> dict[str, Any]:
-    scenario = opened.scenario
+def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
     return plan_content(
-        trial.plan,
+        found.trial.plan,
         opened.network,
-        sensor=Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit),
-        planned=trial.planned,
-        evaluated=trial.evaluated,
-        seed=scenario.search.seed,
+        sensor=found.problem.sensor,
+        planned=found.trial.planned,
+        evaluated=found.trial.evaluated,
+        seed=opened.scenario.search.seed,
     )
 
 
 def _planning_record(trial: Trial) -> dict[str, Any]:
-    return {"work": trial.allowed, "work_done": trial.work, "stopped_early": trial.stopped}
+    made = trial.result
+    return {
+        "work": trial.work_allowed,
+        "work_done": made.work,
+        "stopped_early": made.stopped,
+        "trace": [list(point) for point in made.trace],  # work done, best value then
+    }
 
 
 def _provenance(

@@ -4,23 +4,22 @@ import argparse
 import logging
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from planner.bounds.certificate import Certificate
+from planner.bounds.certificate import STEPS, Certificate, Effort, certified
 from planner.cli.progress import progress_bar
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
-from planner.mission import certify
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder
-from planner.mission.trial import Limits, Trial, try_method
+from planner.mission.recorder import Recorder, budget_of
+from planner.mission.trial import Trial, try_method
 from planner.search.methods import Method
-from planner.search.problem import Problem
+from planner.search.problem import Budget, Problem
+from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
 
 log = logging.getLogger(__name__)
-
-UNCOUNTED = 10**9  # price steps, where the time is the limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +36,20 @@ def trial_of(
     opened: OpenScenario,
     method: Method,
     targets: Targets,
-    limits: Limits | None = None,
+    budget: Budget | None = None,
 ) -> Trial:
-    """Return what a method makes of a scenario, and show the best value while it plans."""
-    limits, search = limits or Limits(), opened.scenario.search
-    work = limits.more * search.work
+    """Return what a method makes of a scenario, and show the best value while it plans.
+
+    Parameters
+    ----------
+    budget
+        The scenario's own if not given.
+    """
     with progress_bar(f"planning: {method.name}") as progress:
 
-        def on_progress(value: float, done: int) -> None:
-            best = f"{value:,.0f} s" if search.objective == "time" else f"{value:.1%} found"
-            log.info("best so far %s after %d units of work", best, done)
-            progress(min(done, work), work, best)
+        def on_progress(done: int, total: int, note: str = "", /) -> None:
+            log.info("best so far %s after %d units of work", note, done)
+            progress(done, total, note)
 
         return try_method(
             method,
@@ -55,20 +57,37 @@ def trial_of(
             targets.planning.futures,
             targets.fresh.futures,
             holdout=targets.holdout,
-            limits=replace(limits, told=on_progress),
+            budget=replace(budget or budget_of(opened), on_progress=on_progress),
         )
 
 
-def certificate_of(problem: Problem, plan: Plan, limits: certify.Limits) -> Certificate:
+@dataclass(frozen=True)
+class Bounding:
+    """When the search for a bound ends."""
+
+    asked: Callable[[], bool]  # whether the user wants the best bound so far
+    gap: float = 0.0  # as soon as it is this small
+    seconds: float = math.inf  # of wall-clock time
+    steps: int | None = None  # price steps; None: the usual number, or any within the seconds
+
+    @property
+    def most_steps(self) -> int | None:
+        """How many price steps are taken at most, None if only the time limits them."""
+        return self.steps or (STEPS if math.isinf(self.seconds) else None)
+
+    def stop(self) -> Stop:
+        """Return the rule that ends one search, whose time begins now."""
+        steps = [] if self.most_steps is None else [WorkDone(self.most_steps)]
+        return AnyOf(Asked(self.asked), Elapsed(self.seconds), *steps)
+
+
+def certificate_of(problem: Problem, plan: Plan, bounding: Bounding) -> Certificate:
     """Return a plan's certificate, and show value, bound and gap as they converge."""
-    begun_s = time.monotonic()
-    timed = limits.steps >= UNCOUNTED and math.isfinite(limits.seconds)
+    begun_s, most = time.monotonic(), bounding.most_steps
     with progress_bar("certifying") as progress:
 
-        def on_progress(step: int, value: float, bound: float, gap: float) -> None:
-            note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
-            done = time.monotonic() - begun_s if timed else step
-            total = limits.seconds if timed else limits.steps
+        def on_progress(step: int, _: int, note: str = "", /) -> None:
+            done, total = (step, most) if most else (time.monotonic() - begun_s, bounding.seconds)
             progress(int(min(done, total)), math.ceil(total), note)
 
-        return certify.certify(problem, plan, limits, on_progress)
+        return certified(problem, plan, Effort(bounding.gap, bounding.stop(), on_progress))

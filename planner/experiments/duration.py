@@ -20,7 +20,6 @@ from planner.search.methods import method_named
 VEHICLE_S = 1.5e-3  # for SUMO to drive one target of the grid up to the horizon
 LEG_S = 8e-6  # for a search to fly one simulated leg
 CONDITION_S = 0.3  # to read the futures, evaluate the plan and store the outcome
-UNSIZED = ("exact", "orienteering")  # their work does not follow from what the scenario says
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def duration_of(waiting: Sequence[Condition], known: Mapping[str, float]) -> Dur
             _draw(drawn, condition, scenario)
         if kind in known:
             work_s, timed = work_s + known[kind], timed + 1
-        elif condition.study or condition.method in UNSIZED:
+        elif condition.study or not method_named(condition.method).is_sized:
             unknown[kind] = None
         else:
             planning_s = _planning_s(condition, scenario) if scenario else 0.0
@@ -109,7 +108,7 @@ def _draw(drawn: dict[str, int], condition: Condition, scenario: Scenario) -> No
         drawn[f"{planned} planning"] = search.particles
         if method_named(condition.method).chooses:
             drawn[f"{planned} holdout"] = HOLDOUT_FACTOR * search.particles
-        if condition.method == "greedy" and scenario.greedy.particles == "anew":
+        if method_named(condition.method).takes_options and scenario.greedy.particles == "anew":
             drawn[f"{planned} anew"] = search.depth * search.particles
     drawn[json.dumps([*mine, truth])] = condition.targets
     for one in condition.sets:

@@ -1,7 +1,7 @@
 """An experiment file, read and checked before anything is run."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -244,7 +244,7 @@ def _scenario_place(path: Path, scenario: str) -> Path:
         raise InputError(f"{path}: scenario: {error}") from error
 
 
-def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, tuple[Any, ...]]:
+def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, Sequence[Any]]:
     if not table and needed:
         remedy = 'write [factors] and below it "dotted.key" = [level, level]'
         raise InputError(f"{path}: factors: is missing; {remedy}")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
+from planner.bounds.movements import Movements
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
@@ -19,6 +20,7 @@ from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.scenario.source import scenario_path
 from planner.search.plan import plan_of_legs
+from planner.search.stop import WorkDone
 
 FILE = "instances.toml"  # beside one of the shipped scenarios
 KEYS = ("name", "scenario", "seed", "set", "method", "value_s", "low_s", "high_s", "plan")
@@ -148,10 +150,10 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
     legs = legs_named(opened.network, instance.plan)
     plan = plan_of_legs(problem, "best known", legs)
     try:
-        found = certified(problem, plan, Effort(steps=steps))
+        found = certified(problem, plan, Effort(stop=WorkDone(steps)))
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
-        least_s = np.minimum(earliest(problem), problem.horizon_s)
+        least_s = np.minimum(earliest(Movements(problem)), problem.horizon_s)
         bound_s = float(futures.weight @ least_s)
         return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))

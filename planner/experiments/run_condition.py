@@ -88,7 +88,7 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
         **(_fresh(trial) if condition.targets else {}),
         "planned_s": trial.planned.expected_detection_time_s,
         "roads": trial.roads,
-        "work": trial.work,
+        "work": trial.result.work,
     }
     if condition.sets:
         problem = problem_of(opened, futures, method=method)

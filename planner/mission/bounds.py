@@ -27,7 +27,7 @@ class Bounds:
 
 def kind_of(plan: Plan) -> Kind:
     """Return of which kind the bound of a plan is."""
-    return ("roads" if plan.legs[0] else "free", float(plan.tracks[0].time_s[0]))
+    return "roads" if plan.follows_roads else "free", plan.take_off_s
 
 
 def bounds_of(
@@ -64,7 +64,7 @@ def stored_bound(plan_file: Path, plan: Plan) -> dict[Kind, float]:
         return {}
     try:
         (key,) = [key for key in BOUND if key in certificate]
-        kind = (str(certificate["plan_class"]), float(plan.tracks[0].time_s[0]))
+        kind = (str(certificate["plan_class"]), plan.take_off_s)
         return {kind: float(certificate[key])}
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(

@@ -8,18 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.bounds.branch_and_bound import Beginning
 from planner.bounds.certificate import Certificate
-from planner.bounds.hops import hops_of
-from planner.bounds.sighting_table import pieces_of
+from planner.bounds.kernels.hops import Motion, Pieces
+from planner.bounds.movements import pieces_of
 from planner.files import write_json
 from planner.parquet import nested, write_table
 from planner.search.problem import Problem
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
-MOTION_COLUMNS = ("from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")  # place at from
 OF_SETS = ("true_optimum_limit", "sets")  # what other sets of particles tell
 SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")
 LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that nobody is near
@@ -42,24 +39,27 @@ def certificate_content(problem: Problem, certificate: Certificate) -> dict[str,
 
 
 def write_certificate(
-    folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
+    folder: Path,
+    problem: Problem,
+    certificate: Certificate,
+    plan_file: Path,
+    content: dict[str, Any],
 ) -> None:
-    """Write prices, particles and net, and the plan with what it is told."""
+    """Write prices, particles and net, and the plan with its certificate."""
     futures = problem.futures
     proof = sorted(certificate.proof.items())
-    first = len(hops_of(problem)) if proof else 0  # flights from take-off are hops after the others
     prices = {
-        "flight": nested([_hops(beginning, first) for beginning, _ in proof], "int64"),
+        "flight": nested([prefix for prefix, _ in proof], "int64"),
         "price": nested([price for _, price in proof], "float64"),
     }
     write_table(folder / PRICES, prices, {"unit": "reward"})
     write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
-    pieces, who = _short(*pieces_of(futures))
-    motion = dict(zip(MOTION_COLUMNS, pieces.T, strict=True))
-    write_table(folder / MOTION, {"particle": who, **motion}, {})
+    pieces = _short(pieces_of(futures))
+    motion = {"particle": pieces.particle, **pieces.motion._asdict()}
+    write_table(folder / MOTION, motion, {})
     write_json(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": told})
+    write_json(folder / plan_file.name, plan | {"certificate": content})
 
 
 def stored_certificate(plan_file: Path) -> dict[str, Any]:
@@ -76,30 +76,31 @@ def proves_more(earlier: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
     return before is not None and (now is None or before < now)
 
 
-def keep_proof(folder: Path, plan_file: Path, told: Mapping[str, Any]) -> None:
+def keep_proof(folder: Path, plan_file: Path, content: Mapping[str, Any]) -> None:
     """Copy an earlier certificate's files, and write the plan with what it is told."""
     for name in PROOF:
         shutil.copy(plan_file.with_name(name), folder / name)
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": dict(told)})
+    write_json(folder / plan_file.name, plan | {"certificate": dict(content)})
 
 
-def _hops(beginning: Beginning, first: int) -> Beginning:
-    return (first + beginning[0], *beginning[1:]) if beginning else ()
-
-
-def _short(pieces: Floats, who: Ints) -> tuple[Floats, Ints]:
-    """Return pieces of motion, (P, 6) and whose (P,), cut into equal parts; rests are not cut."""
-    lasts_s = np.where(np.isfinite(pieces[:, 1]), pieces[:, 1] - pieces[:, 0], 0.0)
-    many = np.maximum(1, np.ceil(lasts_s / LONGEST_S).astype(int))
-    whole = np.repeat(np.arange(len(pieces)), many)
-    part = np.arange(len(whole)) - np.repeat(np.cumsum(many) - many, many)
-    parts, step_s = pieces[whole], (lasts_s / many)[whole]
+def _short(pieces: Pieces) -> Pieces:
+    """Return pieces of motion cut into equal parts of at most ``LONGEST_S``; rests are not cut."""
+    motion = pieces.motion
+    lasts_s = np.where(np.isfinite(motion.to_s), motion.to_s - motion.from_s, 0.0)
+    counts = np.maximum(1, np.ceil(lasts_s / LONGEST_S).astype(int))
+    whole = np.repeat(np.arange(len(counts)), counts)
+    part = np.arange(len(whole)) - np.repeat(np.cumsum(counts) - counts, counts)
+    parts, step_s = Motion(*(column[whole] for column in motion)), (lasts_s / counts)[whole]
     after_s = part * step_s
-    parts[:, 0] += after_s
-    parts[:, 1] = np.where(part + 1 < many[whole], parts[:, 0] + step_s, parts[:, 1])
-    parts[:, 2:4] += parts[:, 4:] * after_s[:, None]
-    return parts, who[whole]
+    from_s = parts.from_s + after_s
+    cut = parts._replace(
+        from_s=from_s,
+        to_s=np.where(part + 1 < counts[whole], from_s + step_s, parts.to_s),
+        x_m=parts.x_m + parts.vx_mps * after_s,
+        y_m=parts.y_m + parts.vy_mps * after_s,
+    )
+    return Pieces(cut, pieces.particle[whole])
 
 
 def net_content(problem: Problem) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from planner.belief.recipe import Drawn, OneTarget, Recipe
 from planner.belief.sampling import Sampling
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
-from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.store import Recording, recorded
@@ -21,6 +20,7 @@ from planner.progress import Progress
 from planner.search.greedy import GreedyOptions, greedy
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.streams import stream
 
 HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
@@ -146,8 +146,8 @@ def make_plan(
     *,
     holdout: Futures | None = None,
     budget: Budget | None = None,
-) -> Plan:
-    """Return the plan that a method makes for a scenario on given futures.
+) -> SearchResult:
+    """Return what a method makes of a scenario on given futures.
 
     Parameters
     ----------
@@ -173,8 +173,10 @@ def budget_of(opened: OpenScenario) -> Budget:
     return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
-def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
-    if method.name != "greedy":
+def _planner(
+    method: Method, opened: OpenScenario, recorder: Recorder
+) -> Callable[..., SearchResult]:
+    if not method.takes_options:
         return method.load()
 
     def again(step: int) -> Futures:

@@ -77,7 +77,7 @@ def _certificate_of(
     trial: Trial, certificate: Certificate | None, sides: Sides
 ) -> Certificate | None:
     """Return the certificate of a plan, from that of another one if its bound holds for it too."""
-    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.legs[0]):
+    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.follows_roads):
         return sides.bound(trial.plan, 0.0)
     return replace(certificate, value=trial.planned.figure)
 

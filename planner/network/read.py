@@ -201,7 +201,7 @@ def _save(path: Path, columns: Mapping[str, Any]) -> None:
 def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
             said = json.loads(str(kept["texts"]))
             texts = {k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}
             return {**texts, **{name: kept[name] for name in ARRAYS}}

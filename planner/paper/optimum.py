@@ -10,6 +10,7 @@ from planner.detection.evaluation import evaluate
 from planner.experiments.condition import Condition
 from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem_of
 from planner.search.methods import method_named
+from planner.search.stop import WorkDone
 
 COMPARED = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
 STEP_WORK = 250  # units of search.work for one step of the search for better prices
@@ -30,11 +31,11 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
         method = method_named(name)
         holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
         problem = problem_of(opened, futures, method=method)
-        plan = make_plan(method, opened, recorder, futures, holdout=holdout)
+        plan = make_plan(method, opened, recorder, futures, holdout=holdout).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         values[name] = flown.expected_detection_time_s
     steps = max(1, opened.scenario.search.work // STEP_WORK)
-    bound_s = certified(problem, plan, Effort(steps=steps)).bound
+    bound_s = certified(problem, plan, Effort(stop=WorkDone(steps))).bound
     rows = [
         {"what": name, "expected_detection_time_s": value_s, "gap": gap_of(value_s, bound_s)}
         for name, value_s in values.items()

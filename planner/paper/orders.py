@@ -42,7 +42,7 @@ def orders_of(condition: Condition) -> dict[str, Any]:
         _random_row(problem, every, condition.seed),
     ]
     for name in COMPARED:
-        plan = make_plan(method_named(name), opened, Recorder(opened, 1), futures)
+        plan = make_plan(method_named(name), opened, Recorder(opened, 1), futures).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         rows.append(_row(name, flown.expected_detection_time_s, every.value))
     counts, edges_s = np.histogram(every.value, BINS)

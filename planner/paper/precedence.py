@@ -70,7 +70,7 @@ def _plans(problem: Problem) -> dict[str, Plan]:
     orders["topological, last in first out"] = _forward(last_in_first_out(network))
     plans = {name: plan_of_legs(problem, name, legs) for name, legs in orders.items()}
     rng = stream(0, "precedence")  # the search draws nothing
-    plans["topological, shortest"] = exhaustive_shortest(problem, budget=Budget(), rng=rng)
+    plans["topological, shortest"] = exhaustive_shortest(problem, budget=Budget(), rng=rng).plan
     return plans
 
 

@@ -82,7 +82,7 @@ def write_curves(path: Path, found: Mapping[str, Results]) -> None:
         table.writerow(["figure", *CURVE, "mean_s", "low_s", "high_s", "detection_probability"])
         for figure in ("figure8", "figure9"):
             rows = found[figure].rows if figure in found else ()
-            groups: dict[tuple[Any, ...], list[Row]] = {}
+            groups: dict[tuple[object, ...], list[Row]] = {}
             for row in rows:
                 groups.setdefault(tuple(row[key] for key in CURVE), []).append(row)
             for key, group in groups.items():

@@ -11,10 +11,10 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.errors import InputError, NotApplicableError
-from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Directions, Problem, candidate_legs
+from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import TIE, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
@@ -77,7 +77,7 @@ def greedy(
     rng: np.random.Generator,  # noqa: ARG001  (every planner takes one)
     options: GreedyOptions | None = None,
     resample: Resample | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the plan of the paper's simulation_aided_planning (Figure 4).
 
     Parameters
@@ -108,7 +108,7 @@ def greedy(
             break
         i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
         state = state.after(problem.legs, int(legs[i]), observation_times)  # lines 11, 12 and 14
-    return plan_of_legs(problem, "greedy", state.order)
+    return SearchResult(plan_of_legs(problem, "greedy", state.order))
 
 
 def what_if_simulations(

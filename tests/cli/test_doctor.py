@@ -1,6 +1,8 @@
 """The doctor finds what is broken and names the remedy."""
 
+import json
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -90,3 +92,15 @@ def test_a_compiler_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(doctor, "_see_a_target_at_rest", fails)
     assert "llvmlite" in fault(list(doctor._compiler()), "compiled code runs").found
+
+
+def test_it_answers_where_libraries_are_broken() -> None:
+    code = """import sys
+sys.modules |= dict.fromkeys(["numba", "numpy", "pyarrow", "pydantic", "scipy"])
+from planner.cli import main
+sys.exit(main(["doctor", "--json"]))"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "")
+    findings = {one["what"]: one for one in json.loads(done.stdout)["findings"]}
+    assert findings["netconvert runs"]["fine"]
+    assert not findings["compiled code runs"]["fine"]

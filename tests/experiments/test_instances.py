@@ -50,7 +50,7 @@ def test_a_bound_is_for_roads_or_for_any_flight(
     futures = recorder.planning().futures
     roads = bound_on(one, futures, 20)
     problem = problem_of(opened, futures)
-    best = make_plan(method_named("exact"), opened, recorder, futures)
+    best = make_plan(method_named("exact"), opened, recorder, futures).plan
     seen = evaluate(best.tracks, futures, problem.sensor, problem.objective)
     assert (roads.plan_class, roads.note) == ("roads", "")
     assert roads.bound_s <= seen.expected_detection_time_s

@@ -15,7 +15,8 @@ import pyarrow.parquet
 import pytest
 
 from planner.arrays import Floats
-from planner.bounds.certificate import Effort, certified, earliest
+from planner.bounds.certificate import Effort, certified, earliest, gap_of
+from planner.bounds.movements import Movements
 from planner.detection.evaluation import Evaluation, evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
@@ -35,6 +36,7 @@ from planner.mission.plan_file import plan_content, write_plan
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
+from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
@@ -48,7 +50,7 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
     path = folder / "plan.json"
     figures = {"planned": planned, "evaluated": planned, "seed": 1}
     write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
-    certificate = certified(problem, plan, Effort(steps=steps))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(steps)))
     content = certificate_content(problem, certificate)
     write_certificate(folder, problem, certificate, path, content)
 
@@ -119,7 +121,7 @@ def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
     """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
     problem = random_problem(seed)
     uav, radius_m = problem.uav, problem.sensor.radius_m
-    met_s = earliest(problem)
+    met_s = earliest(Movements(problem))
     assert np.all(met_s >= uav.take_off_s)
     for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
         x, y = problem.futures.xy(k, met_s[k])
@@ -391,8 +393,8 @@ def test_nothing_else_in_the_file_has_a_say(tmp_path: Path) -> None:
 def test_a_gap_may_be_asked_for() -> None:
     problem = small_problem()
     plan = rate_plan(problem)
-    heard: list[float] = []
-    wide = certified(problem, plan, Effort(told=lambda *told: heard.append(told[3])))
+    wide = certified(problem, plan, Effort())
+    heard = [gap_of(wide.value, point.value) for point in wide.trace]
     assert heard == sorted(heard, reverse=True)
     assert wide.gap <= heard[-1] < heard[0]
     asked = certified(problem, plan, Effort(gap=0.5 * (heard[0] + wide.gap)))
@@ -418,7 +420,7 @@ def test_landing_only_lowers_what_is_possible() -> None:
     problem = small_problem()
     uav = replace(problem.uav, max_flight_time_s=1500.0)
     problem = problem.replace(uav=uav)
-    certificate = certified(problem, rate_plan(problem), Effort(steps=30))
+    certificate = certified(problem, rate_plan(problem), Effort(stop=WorkDone(30)))
     assert certificate.bound <= certificate.value
 
 

@@ -12,6 +12,7 @@ from planner.flight.plan import Plan
 from planner.mission.to_gap import MORE, Sides, planned_to_gap
 from planner.mission.trial import Trial
 from planner.search.plan import plan_of_legs, plan_of_wait
+from planner.search.result import SearchResult
 from support.search_instances import random_problem
 
 PROBLEM = random_problem(2)
@@ -24,7 +25,7 @@ def trial(value: float, plan: Plan = ROADS, *, by_s: float | None = None) -> Tri
     seen = np.array([value, value]) if by_s is None else np.array([0.0, np.inf])
     weight = np.array([0.5, 0.5]) if by_s is None else np.array([value, 1.0 - value])
     planned = Evaluation(seen, weight, np.zeros(2), Objective(PROBLEM.horizon_s, by_s))
-    return Trial("", plan, planned, planned, 0.0, 0, 0, stopped=False)
+    return Trial("", SearchResult(plan), planned, planned, 0.0, 0)
 
 
 class Hands:

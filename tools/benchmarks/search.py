@@ -1,4 +1,4 @@
-"""Measure how soon the planners' plans find the target, and hold that against figures to reach.
+"""Measure how soon the planners' plans find the target, and compare that with target values.
 
 The grid of Section 5 of the paper, take-off at 0, the UAV starting u0 from the origin. All plans
 of all methods and seeds meet one common set of fresh targets, drawn from the belief under a
@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmark_engine import Check, engine, small_nets  # the files beside this one
-from benchmark_figures import machine
-from benchmark_ways import NOTES, U0_KM, WAYS, Way
 
+from benchmarks.engine import Check, engine, small_nets
+from benchmarks.figures import machine
+from benchmarks.ways import NOTES, U0_KM, WAYS, Way
 from planner import (
     Futures,
     OpenScenario,
@@ -102,7 +102,7 @@ def _fly(task: tuple[Way, int, int, int]) -> Flown:
     particles = recorder.planning().futures
     holdout = recorder.holdout().futures if method.chooses else None
     begun_s = time.thread_time()
-    plan = make_plan(method, opened, recorder, particles, holdout=holdout)
+    plan = make_plan(method, opened, recorder, particles, holdout=holdout).plan
     took_s = time.thread_time() - begun_s
     problem = problem_of(opened, particles)
     planned, flown = (
