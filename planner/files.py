@@ -1,4 +1,4 @@
-"""Files that are whole or not there: atomic writes, and the folder of things made once."""
+"""Files that are whole or not there: atomic writes, and the folder of the cache."""
 
 import json
 import os

@@ -30,7 +30,7 @@ from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import plan_content
 from planner.mission.recorder import budget_of, problem_of
-from planner.mission.to_gap import Sides, planned_to_gap
+from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Trial, try_order
 from planner.provenance import provenance
 from planner.report import run_files, sentences, tables
@@ -122,7 +122,7 @@ def _found(
         def fly(order: Sequence[int], trial: Trial) -> Trial:
             return try_order(problem, order, targets.fresh.futures, trial)
 
-        sides = Sides(planned, bound, fly, asked)
+        sides = TwoSided(planned, bound, fly, asked)
         trial, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )

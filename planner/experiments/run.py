@@ -1,4 +1,4 @@
-"""Experiments run: what is not finished yet, in processes, then the table of all."""
+"""Runs what is not finished of experiments, in processes, and writes their tables."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""Plans meet sets of true targets: the targets from SUMO, and what a plan achieves on them."""
+"""What plans achieve on sets of true targets, which SUMO drives."""
 
 import json
 from collections.abc import Sequence

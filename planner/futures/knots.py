@@ -1,4 +1,4 @@
-"""Sampled motion -> the few knots between which it is straight and even."""
+"""From sampled motion to the few knots between which it is straight and at constant speed."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Particles are driven through SUMO and become futures."""
+"""Drives particles through SUMO and records their futures."""
 
 import logging
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""How far plans are from the best that there can be: their values beside a lower bound.
+"""How far plans are from the best possible: their values beside a lower bound.
 
 The bound holds for all plans over roads on the same particles, whatever found them.
 """
