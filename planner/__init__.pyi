@@ -6,8 +6,8 @@ from .belief.particles import Particles as Particles
 from .belief.prior import Prior as Prior
 from .belief.sampling import predefined as predefined
 from .belief.sampling import sample as sample
+from .detection.evaluate import evaluate as evaluate
 from .detection.evaluation import Evaluation as Evaluation
-from .detection.evaluation import evaluate as evaluate
 from .detection.first_detection import first_detection as first_detection
 from .detection.objective import Objective as Objective
 from .detection.sensor import Sensor as Sensor

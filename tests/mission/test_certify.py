@@ -17,7 +17,8 @@ import pytest
 from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.bounds.movements import Movements
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
