@@ -38,18 +38,10 @@ def certify(arguments: argparse.Namespace) -> int:
         run_files.same_futures(arguments.directory, recording)
         problem = mission.problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
-        told = files.certificate_content(problem, certificate)
+        of_sets = None if limit is None else (limit, arguments.sets)
         plan_file = arguments.directory / run_files.PLAN
-        earlier = files.stored_certificate(plan_file)
-        told |= {key: earlier[key] for key in files.OF_SETS if key in earlier}
-        if limit is not None:
-            told |= dict(zip(files.OF_SETS, (limit, arguments.sets), strict=True))
-        kept = files.proves_more(earlier, told)
-        if kept:
-            told = earlier | {key: told[key] for key in files.OF_SETS if key in told}
-            files.keep_proof(folder, plan_file, told)
-        else:
-            files.write_certificate(folder, problem, certificate, plan_file, told)
+        stays, kept = files.write_better(folder, plan_file, problem, certificate, of_sets)
+        told = stays.content()
     shown = [remarks.certificate_line(certificate, problem.objective.by_s)]
     if kept:
         shown.append(f"the earlier bound is better and stays: gap {told['gap']:.1%}")
