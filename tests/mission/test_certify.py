@@ -436,7 +436,7 @@ def test_a_broken_certificate_is_replaced(tmp_path: Path) -> None:
     write_certified(tmp_path, problem, plan, steps=5)
     content = json.loads(path.read_text())
     path.write_text(json.dumps(content | {"certificate": {"gap": 0.0}}))
-    certificate = certified(problem, plan, Effort(steps=5))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(5)))
     stays, is_earlier = write_better(tmp_path, path, problem, certificate, (1.0, 10))
     assert (stays.sets, is_earlier) == (10, False)
     assert verify(tmp_path).returncode == 0
