@@ -1,6 +1,7 @@
 """Scenarios with their networks: what comes out, and faults that only the network shows."""
 
 import logging
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from planner.belief.sampling import sample
 from planner.belief.turn_file import read_turns
 from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.search.greedy import GreedyOptions
 from planner.streams import stream
 from support.sumo_instances import NETS
 
@@ -248,3 +250,8 @@ def test_nothing_that_is_kept_in_memory_is_stale(tmp_path: Path) -> None:
     after = opened(name=tmp_path).network
     assert after.sha256 != before.network.sha256
     assert (after.edge_limit_mps > before.network.edge_limit_mps).all()
+
+
+def test_the_options_of_greedy_are_those_of_the_scenario() -> None:
+    plain = opened().scenario.greedy.model_dump()
+    assert plain == asdict(GreedyOptions())
