@@ -6,8 +6,8 @@ from .belief.particles import Particles as Particles
 from .belief.prior import Prior as Prior
 from .belief.sampling import predefined as predefined
 from .belief.sampling import sample as sample
+from .detection.evaluate import evaluate as evaluate
 from .detection.evaluation import Evaluation as Evaluation
-from .detection.evaluation import evaluate as evaluate
 from .detection.first_detection import first_detection as first_detection
 from .detection.objective import Objective as Objective
 from .detection.sensor import Sensor as Sensor
@@ -37,8 +37,8 @@ from .mission.recorder import make_plan as make_plan
 from .mission.recorder import problem_of as problem_of
 from .network.read import read_net as read_net
 from .network.road_network import RoadNetwork as RoadNetwork
-from .search.greedy import GreedyOptions as GreedyOptions
 from .search.greedy import greedy as greedy
+from .search.greedy_options import GreedyOptions as GreedyOptions
 from .search.methods import METHODS as METHODS
 from .search.methods import method_named as method_named
 from .search.plan import plan_of_legs as plan_of_legs

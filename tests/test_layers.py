@@ -27,8 +27,6 @@ STAGES = (
 DOORS = ("__init__.py", "__main__.py")  # may import any stage, as all below cli/ may
 ROOT = Path(__file__).parents[1] / "planner"
 LAZY = ("__init__.py", "search/methods.py")  # import when called, as all below cli/ may
-PENDING = ("search/", "detection/", "bounds/")  # their kernels are about to move to the top
-PENDING_CIRCLE = {"scenario/checks.py", "scenario/sections.py", "scenario/values.py"}
 WORKER = ("futures/workers.py", "futures/record.py")  # what a process that runs SUMO begins with
 LOOSE = {path.stem for path in ROOT.glob("*.py") if path.name not in DOORS}
 
@@ -174,7 +172,7 @@ def all_sources() -> dict[str, str]:
 
 
 def test_no_files_import_each_other() -> None:
-    assert [found for found in circles(all_sources()) if not found <= PENDING_CIRCLE] == []
+    assert circles(all_sources()) == []
 
 
 def test_a_circle_is_seen() -> None:
@@ -206,8 +204,7 @@ def late_imports(file: str, source: str) -> list[str]:
 
 @pytest.mark.parametrize("file", source_files())
 def test_own_imports_stand_at_the_top(file: str) -> None:
-    if not file.startswith(PENDING):
-        assert late_imports(file, (ROOT / file).read_text()) == []
+    assert late_imports(file, (ROOT / file).read_text()) == []
 
 
 def test_a_late_import_is_seen() -> None:

@@ -11,7 +11,7 @@ from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Prefix, Search
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.kernels.closest_approach import first_in_reach
 from planner.flight.plan import Plan
 from planner.progress import Progress, silent

@@ -5,7 +5,7 @@ import math
 from contextlib import ExitStack
 from itertools import count as counted
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planner.cli.arguments import add_jobs, add_run, count, share, span
 from planner.cli.printing import print_result
@@ -61,7 +61,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
     from planner.cli.session import new_files, planning_recorded
-    from planner.mission.certificate_file import OF_SETS, PROOF
+    from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan
     from planner.mission.run_folder import PLAN, open_run, refuse_other_futures
     from planner.report.sentences import world_line
@@ -75,9 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
-        sets = (limit, arguments.sets)
-        of_sets = {} if limit is None else dict(zip(OF_SETS, sets, strict=True))
-        summary, kept = _written(folder, run_folder / PLAN, problem, certificate, of_sets)
+        of_sets = None if limit is None else (limit, arguments.sets)
+        plan_file = run_folder / PLAN
+        stays, kept = write_better(folder, plan_file, problem, certificate, of_sets)
+        summary = stays.content()
     lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
     if kept:
         lines.insert(1, f"the earlier bound is better and stays: gap {summary['gap']:.1%}")
@@ -123,38 +124,6 @@ def _certificate(
             bounds = bounds_of_sets(recorder, plan, sets, bound)
     enough = len(bounds) == sets and len(bounds) > 1
     return certificate, limit_of(bounds, problem.objective.by_s) if enough else None
-
-
-def _written(
-    folder: Path,
-    plan_file: Path,
-    problem: "Problem",
-    certificate: "Certificate",
-    of_sets: dict[str, Any],
-) -> tuple[dict[str, Any], bool]:
-    """Write the certificate; return its summary, and whether an earlier one that is better stays.
-
-    Parameters
-    ----------
-    folder
-        Where the files are written.
-    plan_file
-        The run's ``plan.json``, beside which an earlier certificate may lie.
-    of_sets
-        What other sets of particles show; an earlier certificate's figures hold if it is empty.
-    """
-    from planner.mission import certificate_file as files
-
-    summary = files.certificate_content(problem, certificate)
-    earlier = files.stored_certificate(plan_file)
-    of_sets = {key: earlier[key] for key in files.OF_SETS if key in earlier} | of_sets
-    summary |= of_sets
-    if files.proves_more(earlier, summary):
-        summary = earlier | of_sets
-        files.keep_proof(folder, plan_file, summary)
-        return summary, True
-    files.write_certificate(folder, problem, certificate, plan_file, summary)
-    return summary, False
 
 
 def _lines(

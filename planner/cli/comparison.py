@@ -17,7 +17,7 @@ from planner.cli.session import (
     planning_recorded,
 )
 from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.interrupts import first_interrupt_asks

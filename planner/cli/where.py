@@ -35,25 +35,24 @@ def run(arguments: argparse.Namespace) -> int:
     """Print where the target may be at a time, the most likely roads first."""
     from planner.cli.session import opened_scenario, output_folder, planning_recorded
     from planner.futures.state_at import by_road, state_at
-    from planner.mission.run_folder import WHERE
-    from planner.report import run_files, tables
+    from planner.report import where
 
     with ExitStack() as stack:
-        folder = output_folder(stack, arguments, WHERE)
+        folder = output_folder(stack, arguments, where.FILES)
         opened = opened_scenario(arguments)
         _check_time(arguments.at, opened.scenario.search.horizon_s)
         recording = planning_recorded(arguments, opened)
         state = state_at(recording.futures, opened.network, arguments.at)
         roads = by_road(state, opened.network)
         if folder is not None:
-            run_files.write_where(folder, opened, state, roads)
+            where.write_where(folder, opened, state, roads)
     elsewhere = state.elsewhere_probability
     summary = {
         "time_s": arguments.at,
         "elsewhere_probability": elsewhere,
         "roads": [vars(road) for road in roads],
     }
-    table = tables.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
+    table = where.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
     print_result(arguments, summary, [table])
     return 0
 

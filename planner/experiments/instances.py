@@ -10,7 +10,8 @@ import numpy as np
 
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.bounds.movements import Movements
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
 from planner.files import shipped, shipped_names

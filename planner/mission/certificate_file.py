@@ -3,6 +3,8 @@
 import json
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,31 +13,140 @@ import numpy as np
 from planner.bounds.certificate import Certificate
 from planner.bounds.kernels.hops import Motion, Pieces
 from planner.bounds.movements import pieces_of
+from planner.errors import InputError
 from planner.files import write_json
 from planner.parquet import nested, write_table
 from planner.search.problem import Problem
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
-OF_SETS = ("true_optimum_limit", "sets")  # what other sets of particles tell
-SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")
-LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that nobody is near
+ABSENT = ("lower_bound_s", "upper_bound_probability", "true_optimum_limit", "sets")  # if None
+SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")  # where bounds compare
+OfSets = tuple[float, int]  # the true optimum's limit, and from how many sets it is
+LONGEST_S = 60.0  # of a piece of motion: short ones are quickly seen to be out of reach
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredCertificate:
+    """What ``plan.json`` says of a certificate; its fields are the file's keys."""
+
+    lower_bound_s: float | None = None  # of these two bounds there is one, by the objective
+    upper_bound_probability: float | None = None
+    gap: float | None  # None: infinite
+    particles: int
+    plan_class: str
+    transit: bool
+    bin_s: float
+    speed_mps: float
+    landing_s: float | None  # None: the UAV need not land
+    true_optimum_limit: float | None = None  # these two only if other sets were asked for
+    sets: int | None = None
+
+    def __post_init__(self) -> None:
+        bounds = [self.lower_bound_s, self.upper_bound_probability]
+        if bounds.count(None) != 1 or not np.isfinite(self.bound):
+            raise ValueError("it needs one bound, a number")
+
+    @property
+    def bound(self) -> float:
+        """No plan's figure is better: seconds, or a probability."""
+        bound = self.upper_bound_probability if self.lower_bound_s is None else self.lower_bound_s
+        assert bound is not None
+        return float(bound)
+
+    @property
+    def of_sets(self) -> OfSets | None:
+        """What other sets of particles tell, if they were asked."""
+        if self.true_optimum_limit is None or self.sets is None:
+            return None
+        return self.true_optimum_limit, self.sets
+
+    def content(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        found = asdict(self)
+        return {key: found[key] for key in found if found[key] is not None or key not in ABSENT}
+
+    def proves_more(self, other: "StoredCertificate") -> bool:
+        """Tell whether its bound is better than another one's on the same plans and particles."""
+        if any(getattr(self, key) != getattr(other, key) for key in SAME):
+            return False
+        return self.gap is not None and (other.gap is None or self.gap < other.gap)
+
+
+def stored_certificate(problem: Problem, certificate: Certificate) -> StoredCertificate:
+    """Return what ``plan.json`` says of a certificate."""
+    by_s, landing_s = problem.objective.by_s, problem.uav.landing_s
+    return StoredCertificate(
+        lower_bound_s=certificate.bound if by_s is None else None,
+        upper_bound_probability=None if by_s is None else certificate.bound,
+        gap=certificate.gap if np.isfinite(certificate.gap) else None,
+        particles=len(problem.futures),
+        plan_class=certificate.plan_class,
+        transit=problem.sensor.detects_in_transit,
+        bin_s=certificate.bin_s,
+        speed_mps=problem.uav.speed_mps,
+        landing_s=landing_s if np.isfinite(landing_s) else None,
+    )
+
+
+def read_certificate(plan_file: Path) -> StoredCertificate | None:
+    """Return the certificate in a ``plan.json``; None if it has none.
+
+    Raises
+    ------
+    InputError
+        If it is broken.
+    """
+    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
+    if found is None:
+        return None
+    names = {field.name for field in fields(StoredCertificate)}
+    try:
+        return StoredCertificate(**{key: found[key] for key in found if key in names})
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{plan_file}: its certificate is broken ({error}); "
+            f"`planner certify {plan_file.parent} --force` makes a new one"
+        ) from error
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
     """Return what ``plan.json`` says of a certificate, as plain data."""
-    uav, by_s = problem.uav, problem.objective.by_s
-    bound = {"lower_bound_s" if by_s is None else "upper_bound_probability": certificate.bound}
-    return {
-        **bound,
-        "gap": certificate.gap if np.isfinite(certificate.gap) else None,
-        "particles": len(problem.futures),
-        "plan_class": certificate.plan_class,
-        "transit": problem.sensor.detects_in_transit,
-        "bin_s": certificate.bin_s,
-        "speed_mps": uav.speed_mps,
-        "landing_s": uav.landing_s if np.isfinite(uav.landing_s) else None,
-    }
+    return stored_certificate(problem, certificate).content()
+
+
+def write_better(
+    folder: Path,
+    plan_file: Path,
+    problem: Problem,
+    certificate: Certificate,
+    of_sets: OfSets | None = None,
+) -> tuple[StoredCertificate, bool]:
+    """Write a plan's certificate, or the earlier one again if that proves more.
+
+    Parameters
+    ----------
+    of_sets
+        What other sets of particles tell; what the earlier certificate has if not given.
+
+    Returns
+    -------
+    tuple
+        The certificate written, and whether it is the earlier one.
+    """
+    new, earlier = stored_certificate(problem, certificate), None
+    with suppress(InputError):  # one that is broken is replaced
+        earlier = read_certificate(plan_file)
+    best = earlier if earlier is not None and earlier.proves_more(new) else new
+    if of_sets is None and earlier is not None:
+        of_sets = earlier.of_sets
+    limit, sets = of_sets or (None, None)
+    stays = replace(best, true_optimum_limit=limit, sets=sets)
+    if best is earlier:
+        keep_proof(folder, plan_file, stays.content())
+    else:
+        write_certificate(folder, problem, certificate, plan_file, stays.content())
+    return stays, best is earlier
 
 
 def write_certificate(
@@ -45,7 +156,7 @@ def write_certificate(
     plan_file: Path,
     content: dict[str, Any],
 ) -> None:
-    """Write prices, particles and net, and the plan with its certificate."""
+    """Write prices, particles and net, and the plan with its certificate as plain data."""
     futures = problem.futures
     proof = sorted(certificate.proof.items())
     prices = {
@@ -62,22 +173,8 @@ def write_certificate(
     write_json(folder / plan_file.name, plan | {"certificate": content})
 
 
-def stored_certificate(plan_file: Path) -> dict[str, Any]:
-    """Return what ``plan.json`` says of a certificate; nothing if it has none."""
-    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
-    return found if isinstance(found, dict) else {}
-
-
-def proves_more(earlier: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
-    """Tell whether an earlier certificate has the better bound on the same plans and particles."""
-    if any(earlier.get(key) != new[key] for key in SAME):
-        return False
-    before, now = earlier.get("gap"), new["gap"]
-    return before is not None and (now is None or before < now)
-
-
 def keep_proof(folder: Path, plan_file: Path, content: Mapping[str, Any]) -> None:
-    """Copy an earlier certificate's files, and write the plan with what it is told."""
+    """Copy an earlier certificate's files, and write the plan with that certificate."""
     for name in PROOF:
         shutil.copy(plan_file.with_name(name), folder / name)
     plan = json.loads(plan_file.read_text(encoding="utf-8"))

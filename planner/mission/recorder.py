@@ -17,7 +17,7 @@ from planner.futures.futures import Futures
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
 from planner.progress import Progress
-from planner.search.greedy import GreedyOptions, greedy
+from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
@@ -176,11 +176,12 @@ def budget_of(opened: OpenScenario) -> Budget:
 def _planner(
     method: Method, opened: OpenScenario, recorder: Recorder
 ) -> Callable[..., SearchResult]:
+    planner: Callable[..., SearchResult] = method.load()
     if not method.takes_options:
-        return method.load()
+        return planner
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures
 
     options = GreedyOptions(**opened.scenario.greedy.model_dump())
-    return partial(greedy, options=options, resample=again)
+    return partial(planner, options=options, resample=again)

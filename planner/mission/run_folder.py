@@ -15,9 +15,6 @@ from planner.provenance import sha256_of_file, sha256_of_json
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
-# What `planner where` writes.
-WHERE_TABLE, WHERE_PICTURE = "where.csv", "where.png"
-WHERE = (WHERE_TABLE, WHERE_PICTURE)
 
 
 def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:

@@ -4,7 +4,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of

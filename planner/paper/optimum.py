@@ -6,7 +6,7 @@ The bound holds for all plans over roads on the same particles, whatever found t
 from typing import Any
 
 from planner.bounds.certificate import Effort, certified, gap_of
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
 from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem_of
 from planner.search.methods import method_named

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
 from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.search.exact import OrderValues, enumerate_orders

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import targets_of

@@ -10,6 +10,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
 from planner.experiments.results import Row
 from planner.intervals import student_interval
+from planner.report.formats import titled_table
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -38,7 +39,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
     Intervals are Student's, over seeds, each with particles and targets of its own, and begin at
     0 s at least; where there is one seed, that of its targets.
     """
-    table = _table(title)
+    table = titled_table(title)
     header, levels, usual = _levels(rows, factors)
     for name in (*header, "method"):
         left = name in ("method", OTHERS)
@@ -56,7 +57,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
 
 def study_table(rows: Sequence[Row], title: str) -> "Table":
     """Return the rows of a study as they are."""
-    table = _table(title)
+    table = titled_table(title)
     names = [name for name in rows[0] if name not in ("id", "method", "seed", "reason")]
     for name in names:
         right = not isinstance(rows[0][name], str)
@@ -89,7 +90,9 @@ def instances_table(
 ) -> "Table":
     """Return the best value known of each instance, and by how much each method is above it."""
     methods = list(dict.fromkeys(method for _, method in values))
-    table = _table("instances: expected detection time of the best plan known, methods above it")
+    table = titled_table(
+        "instances: expected detection time of the best plan known, methods above it"
+    )
     table.add_column("instance", no_wrap=True)
     table.add_column("best known", justify="right", no_wrap=True)
     for name in ("bound", *methods):
@@ -139,7 +142,7 @@ def failures(rows: Sequence[Row]) -> list[str]:
 
 def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
     """Return the conditions of an experiment, and which of them are finished."""
-    table = _table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
+    table = titled_table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
     rows = [one.levels for one in conditions]
     header, levels, table.caption = _levels(rows, list(conditions[0].levels))
     table.add_column("id", no_wrap=True)
@@ -198,11 +201,3 @@ def _mean(values: Sequence[float]) -> float:
 
 def _text(level: Any) -> str:
     return f"{level:g}" if isinstance(level, float) else str(level)
-
-
-def _table(title: str) -> "Table":
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    return Table(title=Text(title), box=box.SIMPLE_HEAD, title_justify="left")

@@ -1,7 +1,6 @@
 """The files of a run, each written whole."""
 
-import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,23 +8,19 @@ import numpy as np
 
 from planner.clock import clock
 from planner.export.sumo_gui import write_overlay
-from planner.files import written_whole
 from planner.flight.plan import Plan
-from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
-from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import figures, write_plan
 from planner.mission.run_folder import (
     EVALUATION,
     OVERLAY,
     PICTURE,
     PLAN,
-    WHERE_PICTURE,
-    WHERE_TABLE,
 )
 from planner.parquet import write_table
-from planner.report.picture import plan_picture, where_picture
+from planner.report.csv_file import write_csv
+from planner.report.picture import plan_picture
 from planner.report.tables import MethodRow
 from planner.search.problem import Problem
 
@@ -85,7 +80,7 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
                 "leg": str(record.leg[k] or ""),
             }
         )
-    _write_csv(path, rows)
+    write_csv(path, rows)
 
 
 def flight_figures(record: MissionRecord) -> dict[str, Any]:
@@ -122,24 +117,9 @@ def mission_line(record: MissionRecord) -> str:
     return f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}, {goal} it reached its goal"
 
 
-def write_where(
-    folder: Path, opened: OpenScenario, state: State, roads: Sequence[RoadState]
-) -> None:
-    """Write ``where.csv`` and ``where.png``."""
-    rows = []
-    for road in roads:
-        row: dict[str, Any] = {"road": road.edge, "probability": road.probability}
-        for name in ("distance_m", "speed_mps"):
-            quantiles = zip(QUANTILES, getattr(road, name), strict=True)
-            row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
-        rows.append(row)
-    _write_csv(folder / WHERE_TABLE, rows)
-    where_picture(folder / WHERE_PICTURE, opened.network, state, title=opened.scenario.title)
-
-
 def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:
     """Write the table of methods as CSV."""
-    _write_csv(path, [compare_cells(row) for row in rows])
+    write_csv(path, [compare_cells(row) for row in rows])
 
 
 def compare_cells(row: MethodRow) -> dict[str, Any]:
@@ -160,21 +140,3 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
         "planning_s": row.took_s,
         "why_not": row.why_not,
     }
-
-
-def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV; a cell is empty where a row has nothing, or NaN."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    columns = [_cells([row.get(name) for row in rows]) for name in names]
-    with written_whole(path) as new, new.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(names)
-        table.writerows(zip(*columns, strict=True))
-
-
-def _cells(values: Sequence[Any]) -> Sequence[Any]:
-    """Return a column of one type: whole numbers are floats where some are missing."""
-    known = [value is not None and value == value for value in values]  # NaN is not itself
-    if not all(known) and all(isinstance(value, int | float | None) for value in values):
-        return [float(value) if there else "" for value, there in zip(values, known, strict=True)]
-    return [value if there else "" for value, there in zip(values, known, strict=True)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.first_detection import columns
 from planner.detection.kernels.closest_approach import Window
 from planner.flight.plan import ROUNDING_S, Plan

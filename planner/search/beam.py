@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
 from planner.search.kernels.beam import (

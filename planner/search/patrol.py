@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.state import SearchState

@@ -6,7 +6,7 @@ import pytest
 
 from planner.bounds import particle_prices as bound
 from planner.cli import instances as commands_instances
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.experiments.instances import (
     Instance,

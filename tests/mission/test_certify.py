@@ -17,10 +17,12 @@ import pytest
 from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.bounds.movements import Movements
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.intervals import lower_limit
@@ -30,6 +32,8 @@ from planner.mission.certificate_file import (
     PRICES,
     WEIGHTS,
     certificate_content,
+    read_certificate,
+    write_better,
     write_certificate,
 )
 from planner.mission.plan_file import plan_content, write_plan
@@ -63,7 +67,7 @@ def wrong_claims(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], list[Any]]
 
     def found(folder: Path) -> list[Any]:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return [claim for claim in run_of(folder).claims() if not claim[-1] <= 1e-6]
+            return [claim for claim in run_of(folder).claims() if not claim.wrong <= 1e-6]
 
     return found
 
@@ -182,6 +186,24 @@ def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
             plan["certificate"]["bin_s"] *= 2.0
         (tmp_path / "plan.json").write_text(json.dumps(plan))
     assert verify(tmp_path).returncode == 1
+
+
+def test_columns_are_read_by_name(tmp_path: Path) -> None:
+    """In another order they say the same; under another's name they do not; without one nothing."""
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    table = pyarrow.parquet.read_table(tmp_path / MOTION)
+    pyarrow.parquet.write_table(table.select(table.column_names[::-1]), tmp_path / MOTION)
+    assert verify(tmp_path).returncode == 0
+    other = {"x_m": "y_m", "y_m": "x_m"}
+    swapped = table.rename_columns([other.get(name, name) for name in table.column_names])
+    pyarrow.parquet.write_table(swapped, tmp_path / MOTION)
+    assert verify(tmp_path).returncode == 1
+    for name in table.column_names:
+        renamed = [f"{one}_" if one == name else one for one in table.column_names]
+        pyarrow.parquet.write_table(table.rename_columns(renamed), tmp_path / MOTION)
+        done = verify(tmp_path)
+        assert (done.returncode, name in done.stderr) == (2, True)
 
 
 def test_a_sensor_that_sees_in_transit_is_refused(tmp_path: Path) -> None:
@@ -388,6 +410,38 @@ def test_nothing_else_in_the_file_has_a_say(tmp_path: Path) -> None:
     content["uavs"].append(content["uavs"][0])
     (tmp_path / "plan.json").write_text(json.dumps(content))
     assert verify(tmp_path).returncode == 2
+
+
+def test_a_stored_certificate_is_read_back(tmp_path: Path) -> None:
+    problem, path = small_problem(), tmp_path / "plan.json"
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    content = json.loads(path.read_text())
+    stored = read_certificate(path)
+    assert stored is not None
+    assert stored.content() == content["certificate"]
+    assert stored.bound == content["certificate"]["lower_bound_s"]
+    bound = {"lower_bound_s": "high"}, {"upper_bound_probability": 0.5}, {"lower_bound_s": None}
+    for broken in ([], "none", {}, *(content["certificate"] | change for change in bound)):
+        path.write_text(json.dumps(content | {"certificate": broken}))
+        with pytest.raises(InputError, match="its certificate is broken"):
+            read_certificate(path)
+    del content["certificate"]
+    path.write_text(json.dumps(content))
+    assert read_certificate(path) is None
+
+
+def test_a_broken_certificate_is_replaced(tmp_path: Path) -> None:
+    problem, path = small_problem(), tmp_path / "plan.json"
+    plan = rate_plan(problem)
+    write_certified(tmp_path, problem, plan, steps=5)
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {"certificate": {"gap": 0.0}}))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(5)))
+    stays, is_earlier = write_better(tmp_path, path, problem, certificate, (1.0, 10))
+    assert (stays.sets, is_earlier) == (10, False)
+    assert verify(tmp_path).returncode == 0
+    again, is_earlier = write_better(tmp_path, path, problem, certificate)
+    assert (again, is_earlier) == (stays, False)
 
 
 def test_a_gap_may_be_asked_for() -> None:

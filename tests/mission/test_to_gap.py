@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.bounds.certificate import Certificate
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.flight.plan import Plan
 from planner.mission.to_gap import MORE, TwoSided, planned_to_gap

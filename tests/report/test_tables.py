@@ -21,8 +21,8 @@ from planner.report.tables import (
     flights_table,
     legs_table,
     plan_table,
-    where_table,
 )
+from planner.report.where import where_table
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support.instances import figure3, physics_futures

@@ -16,7 +16,7 @@ import numpy as np
 
 import planner
 from planner.bounds.certificate import Certificate, Effort, certified, gap_of
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
 from planner.search.best import best
 from planner.search.plan import plan_of_legs
