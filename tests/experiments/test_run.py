@@ -121,7 +121,8 @@ def test_rows_are_what_each_method_gives_alone(whole: Path, conditions: list[Con
         assert float(row["found_before_goal_probability"]) == seen.found_before_goal_probability
         assert float(row["planned_s"]) == trial.planned.expected_detection_time_s
         assert int(row["roads"]) == trial.roads
-        assert row["work"] == ("" if trial.work is None else str(trial.work))
+        work = trial.result.work
+        assert row["work"] == ("" if work is None else str(work))
         assert row["versions"].startswith("planner 0.1.0, sumo 1.28")
 
 
