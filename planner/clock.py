@@ -1,4 +1,4 @@
-"""Times as people write them."""
+"""Times as people write them, H:M:S: read and written."""
 
 import datetime
 import re
@@ -8,7 +8,7 @@ from planner.messages import shown
 
 
 def seconds(value: object) -> float:
-    """Return the seconds of a number, or of a text "H:M:S".
+    """Return the seconds of a number of seconds, or of a text "H:M:S".
 
     Raises
     ------
@@ -26,3 +26,11 @@ def seconds(value: object) -> float:
         if re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", value.strip()):
             return float(value)
     raise InputError(f'should be seconds or "H:M:S", not {shown(value)}; write 5400 or "1:30:00"')
+
+
+def clock(time_s: float) -> str:
+    """Return a time as H:MM:SS, to the nearest second."""
+    sign, whole = ("-", -round(time_s)) if round(time_s) < 0 else ("", round(time_s))
+    minutes, second = divmod(whole, 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{sign}{hours}:{minute:02d}:{second:02d}"

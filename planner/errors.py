@@ -1,6 +1,7 @@
 """What can go wrong, one class per remedy. The command line turns each into one line and exit 2."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 
 class PlannerError(Exception):
@@ -11,23 +12,43 @@ class InputError(PlannerError, ValueError):
     """A file or an argument is missing, broken or contradicts another one."""
 
 
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong with a scenario; as text, the key and what to do about it."""
+
+    key: str  # dotted, such as target.start.AB; or another place, such as line 3
+    text: str  # what is wrong, and the remedy
+    unknown: bool = False  # whether there is no such key, so that no value would do
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.text}"
+
+    def is_about(self, *beginnings: str) -> bool:
+        """Return whether its key begins with one of these; a misspelt longer one counts too."""
+        return self.key.startswith(beginnings)
+
+    def field_of(self, section: str) -> str:
+        """Return the name of the field of a section that it is about."""
+        return self.key.removeprefix(f"{section}.").partition(".")[0].partition("[")[0]
+
+
 class ScenarioError(InputError):
-    """A scenario is wrong in one or more places, all of which are told together.
+    """A scenario is wrong in one or more places, which are all reported together.
 
     Parameters
     ----------
     source
         The scenario's file or name.
     faults
-        One line per fault: its key, what is wrong, the remedy.
+        All of them; the error's text has a line for each.
     """
 
-    def __init__(self, source: str, faults: Sequence[str]) -> None:
+    def __init__(self, source: str, faults: Sequence[Fault]) -> None:
         self.source = source
         self.faults = tuple(faults)
         super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
 
-    def __reduce__(self) -> tuple[type["ScenarioError"], tuple[str, tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type["ScenarioError"], tuple[str, tuple[Fault, ...]]]:
         return type(self), (self.source, self.faults)
 
 

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: atomic writes, and the folder of things made once."""
+"""Files that are whole or not there: atomic writes, and the folder of the cache."""
 
 import json
 import os
@@ -23,7 +23,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     OutputError
         If the folder cannot be written, the disk is full, or ``path`` is a folder or a device.
     """
-    with _told_of(path):
+    with _output_errors(path):
         if path.exists() and not path.is_file():
             raise OutputError(f"{path}: is not a file that can be replaced; choose another name")
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -62,9 +62,9 @@ def results_written_whole(
     ------
     OutputError
         If the folder holds another run, cannot be written, or the disk is full. The first two
-        are told before the block begins.
+        are raised before the block begins.
     """
-    with _told_of(folder):
+    with _output_errors(folder):
         earlier = {name for name in names if (folder / name).exists()}
         if earlier and not force:
             raise OutputError(
@@ -102,7 +102,7 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _told_of(path: Path) -> Iterator[None]:
+def _output_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

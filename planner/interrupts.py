@@ -1,8 +1,8 @@
 """Ctrl-C ends the program at once, whatever it is doing, and undoes what is half-done.
 
-Where a search can give the best plan so far, the first Ctrl-C asks for it, and the second one ends
-the program. A KeyboardInterrupt is not enough: compiled code hears of it only when it returns, and
-some libraries swallow it while they are imported.
+Where a search can return the best plan so far, the first Ctrl-C asks for that plan and the second
+one ends the program. A KeyboardInterrupt is not enough: compiled code notices it only when it
+returns, and some libraries swallow it while they are imported.
 """
 
 import contextlib
@@ -20,12 +20,12 @@ TERMINAL = "\r\x1b[2K\x1b[?25h"  # clears a progress bar's line and shows the cu
 PATIENCE_S = 10.0
 
 _undo: list[Callable[[], object]] = []
-_asks: list[threading.Event] = []  # of searches that can be asked to come to an end
-_forgiven = threading.Event()  # set when a signal has only asked
+_requests: list[threading.Event] = []  # one per search that can be asked to finish
+_only_asked = threading.Event()  # set when a signal has asked and the program goes on
 
 
 def at_stop(undo: Callable[[], object]) -> None:
-    """Have something undone if the program is stopped; what came last is undone first."""
+    """Register what is to be undone if the program is stopped; the last one is undone first."""
     _undo.append(undo)
 
 
@@ -40,61 +40,61 @@ def undone_if_stopped(undo: Callable[[], object]) -> Iterator[None]:
 
 
 @contextmanager
-def first_asks() -> Iterator[Callable[[], bool]]:
-    """Within the block, the first Ctrl-C ends nothing; give a function that tells of it."""
-    asked = threading.Event()
-    _asks.append(asked)
+def first_interrupt_asks() -> Iterator[Callable[[], bool]]:
+    """Let the first Ctrl-C within the block end nothing; give a function that says if it came."""
+    request = threading.Event()
+    _requests.append(request)
     try:
-        yield asked.is_set
+        yield request.is_set
     finally:
-        _asks.remove(asked)
+        _requests.remove(request)
 
 
 @contextmanager
 def stopped_by_signals() -> Iterator[None]:
-    """Within the block, Ctrl-C and a polite kill end the process: one line, exit code 128 + n.
+    """Within the block, Ctrl-C and SIGTERM end the process: one line, exit code 128 + n.
 
-    Without effect outside of the main thread, which alone hears signals.
+    Without effect outside of the main thread, the only one that receives signals.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    hearing, telling = socket.socketpair()
-    telling.setblocking(False)
-    heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, _hold_still) for number in heard}
-    told_before = signal.set_wakeup_fd(telling.fileno())
-    threading.Thread(target=_listen, args=(hearing,), daemon=True).start()
+    listener, wakeup = socket.socketpair()
+    wakeup.setblocking(False)
+    handled = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, _hold_still) for number in handled}
+    wakeup_before = signal.set_wakeup_fd(wakeup.fileno())
+    threading.Thread(target=_listen, args=(listener,), daemon=True).start()
     try:
         yield
     finally:
-        signal.set_wakeup_fd(told_before)
+        signal.set_wakeup_fd(wakeup_before)
         for number, handler in before.items():
             signal.signal(number, handler)
-        telling.close()
+        wakeup.close()
 
 
 def _hold_still(_number: int, _frame: object) -> None:
     """Keep the main thread from going on while the other one ends the process, if it does."""
-    if not _forgiven.wait(PATIENCE_S):
+    if not _only_asked.wait(PATIENCE_S):
         raise KeyboardInterrupt
-    _forgiven.clear()
+    _only_asked.clear()
 
 
-def _listen(hearing: socket.socket) -> None:
-    with hearing:
-        while told := hearing.recv(1):
-            asks = _asks[-1:]
-            if told[0] == signal.SIGINT and asks and not asks[0].is_set():
-                asks[0].set()
-                _forgiven.set()
+def _listen(listener: socket.socket) -> None:
+    with listener:
+        while received := listener.recv(1):
+            number, requests = received[0], _requests[-1:]
+            if number == signal.SIGINT and requests and not requests[0].is_set():
+                requests[0].set()
+                _only_asked.set()
                 _say(ASKED)
-            elif told[0] in SIGNALS:
-                _end(told[0])
+            elif number in SIGNALS:
+                _end(number)
 
 
 def _end(number: int) -> None:
-    _forgiven.clear()
+    _only_asked.clear()
     for undo in reversed(_undo):
         with contextlib.suppress(Exception):
             undo()

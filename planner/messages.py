@@ -1,4 +1,4 @@
-"""Plain words for faults: what a value looks like, and which known name was meant."""
+"""Parts of error messages: a value as it was written, and the known name that was meant."""
 
 import difflib
 import json

@@ -1,4 +1,4 @@
-"""What made a result: versions, arguments, scenario, seed, hashes and times."""
+"""The origin of a result: versions, arguments, scenario, seed, hashes and times."""
 
 import hashlib
 import json
@@ -6,13 +6,14 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 SCHEMA = "planner.run/1"
 
-# What can change a result, by the names under which pip knows it.
+# The packages that can change a result, with their names on PyPI.
 PACKAGES = {
     "planner": "sumo-search-planner",
     "sumo": "eclipse-sumo",
@@ -40,7 +41,7 @@ def provenance(
 ) -> dict[str, Any]:
     """Return what a ``run.json`` holds, ready for ``json.dumps``.
 
-    Wall-clock times stand here and in no other file, so that the others repeat byte for byte.
+    Wall-clock times are in this file alone, so that all others repeat byte for byte.
 
     Parameters
     ----------
@@ -49,13 +50,13 @@ def provenance(
     scenario
         The scenario with all defaults and overrides in place.
     seed
-        The scenario's seed, from which all streams come.
+        The scenario's seed, from which all random streams derive.
     sha256
-        Digests of what went in and came out (net, futures, plan), by name.
+        Digests of inputs and outputs (net, futures, plan), by name.
     started
-        When the run began, with its time zone; now if left out.
+        When the run began, with its time zone; now if not given.
     took_s
-        Wall-clock seconds of the run's parts, by name.
+        Wall-clock seconds of the parts of the run, by name.
     """
     return {
         "schema": SCHEMA,
@@ -78,7 +79,7 @@ def provenance(
 
 def versions() -> dict[str, str | None]:
     """Return the version of each package that can change a result; None where it is missing."""
-    return {name: _version(package) for name, package in PACKAGES.items()}
+    return {name: version_of(package) for name, package in PACKAGES.items()}
 
 
 def sha256_of_json(data: Mapping[str, Any]) -> str:
@@ -93,7 +94,9 @@ def sha256_of_file(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _version(package: str) -> str | None:
+@cache  # a batch asks for each condition, and an answer costs milliseconds
+def version_of(package: str) -> str | None:
+    """Return the version of an installed package, None where it is missing."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -1,14 +1,26 @@
-"""The example scripts and the README's Python run as they stand."""
+"""The example scripts, and the code in README and docs, run as they stand."""
 
 import csv
 import re
 import runpy
+import shlex
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from planner.cli import parser_for
+from planner.scenario.draft import read_draft
+from planner.scenario.sections import SECTIONS
+from planner.search.methods import Method
+from search import test_contract as contract
+from test_layers import violations
+
 ROOT = Path(__file__).parents[1]
+PAGES = [path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/*.md")]
 
 
 def run(monkeypatch: pytest.MonkeyPatch, script: str, *arguments: str) -> None:
@@ -44,9 +56,106 @@ def lines_of(capsys: pytest.CaptureFixture[str]) -> list[str]:
 
 
 def test_the_readme_s_python(capsys: pytest.CaptureFixture[str]) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    lighter = code.replace('"grid5x5"', '"figure3"').replace("1000", "100")
-    assert lighter != code
-    lighter = re.sub(r", overrides=\[.*?\]", "", lighter)
-    exec(compile(lighter, "README.md", "exec"), {})
+    (code,) = blocks("README.md")
+    assert 'print(f"{flown' in code
+    run_block(code)
     assert re.fullmatch(r"\d+ s, \d+\.\d% found\n", capsys.readouterr().out)
+
+
+def test_python_from_a_script(capsys: pytest.CaptureFixture[str]) -> None:
+    for code in blocks("docs/python.md"):
+        run_block(code)
+    said = capsys.readouterr().out
+    assert re.fullmatch(r"\d+ s \(\d+ to \d+\)\n\[450\. 450\.\]\n", said), said
+
+
+def test_the_planner_in_docs_plans() -> None:
+    (code,) = [block for block in blocks("docs/python.md") if "def best_of_random" in block]
+    planner = run_block(code)["best_of_random"]
+    problem = contract.instance("paper_figure3")
+    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1)).plan
+    assert contract.cost_s(problem, plan) < contract.random_s("paper_figure3", 3)
+
+
+@pytest.mark.parametrize("name", contract.INSTANCES)
+def test_the_planner_in_contributing_keeps_the_contract(name: str) -> None:
+    (code,) = blocks("CONTRIBUTING.md")
+    nearest = run_block(code)["nearest"]
+    method = Method("nearest", "as in CONTRIBUTING.md", True, lambda: nearest)
+    contract.test_same_stream_same_plan(method, name)
+    contract.test_the_problem_is_unchanged(method, name)
+    contract.test_the_budget_is_kept(method, name)
+    contract.test_legs_are_flown_as_they_are_named(method, name)
+    contract.test_tracks_obey_the_uav(method, name)
+    contract.test_better_than_random(method, name)
+
+
+def test_the_planner_in_contributing_could_be_merged(tmp_path: Path) -> None:
+    """Ruff and mypy find nothing in it, and it imports what a stage may import."""
+    (code,) = blocks("CONTRIBUTING.md")
+    assert not violations("search/nearest.py", code)
+    (tmp_path / "nearest.py").write_text(code)
+    for check in (["ruff", "check"], ["ruff", "format", "--check"], ["mypy"]):
+        settings = [] if check[0] == "mypy" else ["--config", str(ROOT / "pyproject.toml")]
+        command = [sys.executable, "-m", *check, *settings, str(tmp_path / "nearest.py")]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/scenario.md"])
+def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
+    (written,) = blocks(page, "toml")
+    for name in re.findall(r'"(\S+\.(?:net|nod|edg)\.xml)"', written):
+        (tmp_path / name).touch()
+    (tmp_path / "scenario.toml").write_text(written)
+    assert read_draft(tmp_path).faults == ()
+
+
+def test_every_key_of_a_scenario_is_in_its_reference() -> None:
+    page = (ROOT / "docs" / "scenario.md").read_text()
+    for name, section in SECTIONS.items():
+        assert f"### `[{name}]`" in page
+        told = page.partition(f"### `[{name}]`")[2].partition("\n### ")[0]
+        for key in section.model_fields if name != "truth" else ():
+            assert f"`{key}`" in told, f"{name}.{key}"
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", *PAGES])
+def test_links_lead_somewhere(page: str) -> None:
+    text = (ROOT / page).read_text()
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        file, _, heading = link.partition("#")
+        if "://" in file:
+            continue
+        target = (ROOT / page).parent / file if file else ROOT / page
+        assert target.exists(), link
+        if heading:
+            assert heading in map(anchor, re.findall(r"^#+ (.*)$", target.read_text(), re.M)), link
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
+def test_commands_in_the_text_can_be_typed(page: str) -> None:
+    lines = "\n".join(blocks(page, "(?:sh|console)")).splitlines()
+    for line in lines:
+        program, *words = shlex.split(line.removeprefix("$ "), comments=True) or [""]
+        if program == "planner":
+            assert callable(parser_for(words).parse_args(words).run), line
+
+
+def anchor(heading: str) -> str:
+    """The name under which a heading is linked to."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def blocks(page: str, language: str = "python") -> list[str]:
+    """Return a page's blocks of code."""
+    text = (ROOT / page).read_text()
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def run_block(code: str) -> dict[str, Any]:
+    """Run code as it stands but for a smaller net and fewer targets; return what it defines."""
+    lighter = code.replace('"grid5x5"', '"figure3"').replace("1000", "100")
+    names: dict[str, Any] = {}
+    exec(compile(re.sub(r", overrides=\[.*?\]", "", lighter), "example", "exec"), names)
+    return names

@@ -15,7 +15,7 @@ import pytest
 
 from planner.cli import main
 from planner.mission.certificate_file import PROOF
-from planner.report.run_files import RUN
+from planner.mission.run_folder import RUN
 
 VERIFY = Path(__file__).parents[1] / "tools" / "verify.py"
 LONG = ("plan", "grid5x5", "--set", "search.work=2000000000", "--set", "search.particles=64")

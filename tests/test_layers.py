@@ -1,9 +1,12 @@
-"""The flow reads off the folder list: a stage imports only stages to its left."""
+"""The flow reads off the folder list: a stage imports only stages to its left, and no circles."""
 
 import ast
-from collections.abc import Iterator
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+import networkx as nx
 import pytest
 
 STAGES = (
@@ -23,6 +26,8 @@ STAGES = (
 )
 DOORS = ("__init__.py", "__main__.py")  # may import any stage, as all below cli/ may
 ROOT = Path(__file__).parents[1] / "planner"
+LAZY = ("__init__.py", "search/methods.py")  # import when called, as all below cli/ may
+WORKER = ("futures/workers.py", "futures/record.py")  # what a process that runs SUMO begins with
 LOOSE = {path.stem for path in ROOT.glob("*.py") if path.name not in DOORS}
 
 
@@ -45,6 +50,8 @@ def may_import(file: str, name: str) -> bool:
         return folders == ["futures"]
     if top == "sumolib":
         return folders == ["network"]
+    if top == "pandas":
+        return False  # half a second to load, and csv and pyarrow do what is needed
     if top == "pydantic":
         return folders == ["scenario"]
     if top == "numba":
@@ -62,9 +69,12 @@ def may_import(file: str, name: str) -> bool:
     )
 
 
+def package_of(file: str) -> str:
+    return ".".join(["planner", *file.split("/")[:-1]])
+
+
 def violations(file: str, source: str) -> list[str]:
-    package = ".".join(["planner", *file.split("/")[:-1]])
-    return [name for name in imported(source, package) if not may_import(file, name)]
+    return [name for name in imported(source, package_of(file)) if not may_import(file, name)]
 
 
 def source_files() -> list[str]:
@@ -102,6 +112,7 @@ def test_folders_are_stages() -> None:
         ("report/doctor.py", "def f():\n    import libsumo.constants"),
         ("futures/record.py", "import sumolib.net"),
         ("network/check.py", "from pydantic import BaseModel"),
+        ("report/tables.py", "def f():\n    import pandas"),
     ],
 )
 def test_a_violation_is_seen(file: str, source: str) -> None:
@@ -124,3 +135,97 @@ def test_a_violation_is_seen(file: str, source: str) -> None:
 )
 def test_what_is_allowed_passes(file: str, source: str) -> None:
     assert violations(file, source) == []
+
+
+# Circles
+
+
+def file_of(name: str, files: Iterable[str]) -> str | None:
+    """Return the file in which an imported name is, or None if it is not the package's own."""
+    parts = name.split(".")[1:] if name.split(".")[0] == "planner" else []
+    while parts:
+        path = "/".join(parts)
+        for file in (f"{path}.py", f"{path}/__init__.py"):
+            if file in files:
+                return file
+        parts.pop()
+    return None
+
+
+def import_graph(sources: Mapping[str, str]) -> nx.DiGraph:
+    """Return which file imports which, in functions too."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from(sources)
+    for file, source in sources.items():
+        names = imported(source, package_of(file))
+        graph.add_edges_from((file, home) for n in names if (home := file_of(n, sources)))
+    return graph
+
+
+def circles(sources: Mapping[str, str]) -> list[set[str]]:
+    graph = import_graph(sources)
+    return [files for files in nx.strongly_connected_components(graph) if len(files) > 1]
+
+
+def all_sources() -> dict[str, str]:
+    return {file: (ROOT / file).read_text() for file in source_files()}
+
+
+def test_no_files_import_each_other() -> None:
+    assert circles(all_sources()) == []
+
+
+def test_a_circle_is_seen() -> None:
+    sources = {
+        "a.py": "from planner.b import c",
+        "b/__init__.py": "",
+        "b/c.py": "from . import d",
+        "b/d.py": "def f():\n    import planner.a",
+        "b/e.py": "from planner.b import c, nosuch",
+    }
+    assert circles(sources) == [{"a.py", "b/c.py", "b/d.py"}]
+
+
+# Imports in functions
+
+
+def late_imports(file: str, source: str) -> list[str]:
+    """Return the package's own names that are imported in functions, where they should not be."""
+    if file in LAZY or file.startswith("cli/"):
+        return []
+    functions = [
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+    names = {name for node in functions for name in imported(ast.unparse(node), package_of(file))}
+    return sorted(name for name in names if name.split(".")[0] == "planner")
+
+
+@pytest.mark.parametrize("file", source_files())
+def test_own_imports_stand_at_the_top(file: str) -> None:
+    assert late_imports(file, (ROOT / file).read_text()) == []
+
+
+def test_a_late_import_is_seen() -> None:
+    source = "class C:\n    def f(self):\n        from .b import d\n        import numpy"
+    assert late_imports("search/greedy.py", source) == ["planner.search.b.d"]
+    assert late_imports("cli/plan.py", source) == []
+    assert late_imports("search/greedy.py", "from planner.search import b") == []
+
+
+# What a process that runs SUMO loads
+
+
+def test_a_sumo_worker_needs_no_compiled_code() -> None:
+    graph = import_graph(all_sources())
+    needed = set(WORKER).union(*(nx.descendants(graph, file) for file in WORKER))
+    assert {file for file in needed if "/kernels/" in file} | needed & {"jit.py"} == set()
+
+
+def test_a_sumo_worker_loads_no_heavy_library() -> None:
+    modules = [f"planner.{file.removesuffix('.py').replace('/', '.')}" for file in WORKER]
+    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert loaded & {"numba", "pyarrow", "pandas", "scipy", "pydantic", "networkx"} == set()

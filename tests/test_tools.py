@@ -33,6 +33,19 @@ def test_help(tool: str) -> None:
     assert done.stdout.startswith(f"usage: {tool}")
 
 
+@pytest.mark.parametrize("program", ["--search", "--certificate"])
+def test_longer_benchmarks_are_started(program: str) -> None:
+    done = run("benchmark.py", program, "--help")
+    assert done.returncode == 0, done.stderr
+    assert "--u0-km" in done.stdout
+
+
+def test_benchmark_measures_against_the_slow_twin() -> None:
+    done = run("benchmark.py", "--only", "detection", "--repeats", "1")
+    assert done.returncode == 0, done.stderr
+    assert "slow twin" in done.stdout
+
+
 def test_benchmark_measures_one_section(tmp_path: Path) -> None:
     done = run("benchmark.py", "--only", "help", "--repeats", "3", "--json", str(tmp_path / "b"))
     assert done.returncode == 0, done.stderr

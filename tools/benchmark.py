@@ -1,7 +1,7 @@
-"""Measure the planner on this computer, and hold it against its targets.
+"""Measure the planner on this computer, and compare it with its targets.
 
 Each figure is the median of several repetitions; ratios compare two ways of doing the same work,
-taken in turn. Recordings and compiled code come from the cache wherever a figure says warm.
+in turn. A figure that says warm takes recordings and compiled code from the cache.
 """
 
 import argparse
@@ -20,12 +20,11 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import numpy as np
-from benchmark_figures import Figure, machine, show  # the file beside this one
+from benchmarks.figures import Figure, machine, show
 
 from planner import (
     OpenScenario,
     Particles,
-    Plan,
     Problem,
     Recorder,
     first_detection,
@@ -41,6 +40,7 @@ from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.network.sumo import binary, sumo_environment
 from planner.search.exact import best_order, enumerate_orders
+from planner.search.result import SearchResult
 
 T = TypeVar("T")
 
@@ -50,8 +50,8 @@ STEP_S = 10.0  # of the bare sumo program: the one at which straight roads are r
 TWINS = 20  # particles that the slow twin looks for
 TICK_S = 1.0
 
-# Starts a command and tells its seconds and its peak memory. A process of its own, and a small
-# one: to the system a process has been at least as large as the one that started it.
+# Runs a command and prints its seconds and its peak memory. It is a small process in between,
+# because the system counts a process as at least as large as the one that started it.
 STARTER = """
 import resource, subprocess, sys, time
 begun = time.perf_counter()
@@ -94,9 +94,9 @@ def futures(repeats: int) -> Iterator[Figure]:
 def detection(repeats: int) -> Iterator[Figure]:
     """Fly a greedy plan against 1,000 futures, exactly and with the ticks of the slow twin."""
     sys.path.insert(0, str(ROOT / "tests"))
-    by_ticks: Any = import_module("reference").by_ticks
+    by_ticks: Any = import_module("support.reference").by_ticks
     problem, plan = _planning("greedy", GRID)
-    targets, track, radius_m = problem.futures, plan().tracks[0], problem.sensor.radius_m
+    targets, track, radius_m = problem.futures, *plan().plan.tracks, problem.sensor.radius_m
     first_detection(targets, track, radius_m)
     fast, slow = [], []
     for _ in range(repeats):
@@ -169,10 +169,12 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 }
 
 
-PROGRAMS = ("search", "certificate")  # further ones, each a file beside this one: --search --help
+PROGRAMS = ("search", "certificate")  # further ones, in benchmarks/: --search --help
 
 
-def _planning(method: str, scenario: str, *overrides: str) -> tuple[Problem, Callable[[], Plan]]:
+def _planning(
+    method: str, scenario: str, *overrides: str
+) -> tuple[Problem, Callable[[], SearchResult]]:
     """Return a problem with its recorded futures, and what plans on it with a method."""
     opened = open_scenario(scenario, overrides=overrides)
     recorder = Recorder(opened)
@@ -273,7 +275,7 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
     about = "\n".join(f"  {name:<12}{work.__doc__}" for name, work in SECTIONS.items())
     parser = argparse.ArgumentParser(
         description=__doc__,
-        epilog=f"sections:\n{about}\n\nLonger programs, each with options of its own:\n"
+        epilog=f"sections:\n{about}\n\nLonger programs, each with its own options:\n"
         + "\n".join(f"  --{name} --help" for name in PROGRAMS),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -282,13 +284,13 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         action="append",
         choices=SECTIONS,
         metavar="NAME",
-        help="measure this section alone; may be given several times",
+        help="measure only this section; repeatable",
     )
     parser.add_argument(
         "--repeats", type=int, default=5, metavar="N", help="repetitions of each (default 5)"
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="write every single value there too"
+        "--json", type=Path, metavar="FILE", help="also write every single value to FILE"
     )
     wanted = parser.parse_args(argv)
     if wanted.repeats < 1:
@@ -297,11 +299,11 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Measure and tell."""
+    """Measure and print."""
     argv = sys.argv[1:] if argv is None else argv
     for name in PROGRAMS:
         if argv[:1] == [f"--{name}"]:
-            sys.exit(import_module(f"benchmark_{name}").main(argv[1:]))
+            sys.exit(import_module(f"benchmarks.{name}").main(argv[1:]))
     wanted = arguments(argv)
     host, figures = machine(), []
     try:

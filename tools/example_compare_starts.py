@@ -24,7 +24,7 @@ def main(scenario: str = "grid5x5", *kilometres: str) -> None:
         aside_m = start_km * 1000 / 2**0.5
         uav = replace(problem.uav, x_m=x_m - aside_m, y_m=y_m + aside_m)
         case = problem.replace(uav=uav)
-        plan = planner.greedy(case, budget=budget, rng=planner.stream(1, "example"))
+        plan = planner.greedy(case, budget=budget, rng=planner.stream(1, "example")).plan
         flown = planner.fly(plan, targets, case.sensor, case.objective).evaluation
         mean_s, found = flown.expected_detection_time_s, flown.detection_probability
         print(f"{start_km:9.0f}   {mean_s:21,.0f}   {found:5.1%}")

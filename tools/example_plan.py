@@ -16,7 +16,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
     recorder = planner.Recorder(opened)
     problem = planner.problem_of(opened, recorder.planning().futures)
     budget = planner.Budget(roads=opened.scenario.search.depth)
-    plan = planner.greedy(problem, budget=budget, rng=planner.stream(1, "example"))
+    plan = planner.greedy(problem, budget=budget, rng=planner.stream(1, "example")).plan
 
     targets = recorder.truths(200, seed=1).futures
     flown = planner.fly(plan, targets, problem.sensor, problem.objective).evaluation
@@ -24,7 +24,7 @@ def main(scenario: str = "grid5x5", output: str = "waypoints.csv") -> None:
     print(f"expected detection time {flown.expected_detection_time_s:,.0f} s", end=" ")
     print(f"({low_s:,.0f} to {high_s:,.0f}); found {flown.detection_probability:.0%}")
 
-    track = plan.tracks[0]
+    (track,) = plan.tracks  # one UAV
     with Path(output).open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", "x_m", "y_m", "altitude_m"])

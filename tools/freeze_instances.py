@@ -19,11 +19,10 @@ from planner.experiments.instances import (
     bound_on,
     flown_again,
     instances_path,
-    legs_of,
-    names_of,
     read_instances,
 )
 from planner.files import written_whole
+from planner.flight.legs import leg_names, legs_named
 from planner.mission.recorder import budget_of, problem_of
 from planner.search.beam import holdout_value
 from planner.search.plan import plan_of_legs
@@ -71,15 +70,15 @@ def searched(instance: Instance, work: int) -> Instance:
         budget = replace(budget_of(opened), work=work)
         plan = make_plan(
             method_named(name), opened, recorder, futures, holdout=holdout, budget=budget
-        )
-        legs = [flown.leg for flown in plan.legs[0]]
+        ).plan
+        legs = [flown.leg for flown_by in plan.legs for flown in flown_by]
         candidates.append((holdout_value(problem, plan), name, legs))
     if instance.plan:
-        legs = legs_of(opened.network, instance.plan)
+        legs = legs_named(opened.network, instance.plan)
         worth = holdout_value(problem, plan_of_legs(problem, instance.method, legs))
         candidates.append((worth, instance.method, legs))
     _, method, legs = max(candidates, key=lambda candidate: candidate[0])
-    found = replace(instance, method=method, plan=tuple(names_of(opened.network, legs)))
+    found = replace(instance, method=method, plan=tuple(leg_names(opened.network, legs)))
     seen = flown_again(found, opened, recorder.evaluation().futures)
     low_s, high_s = seen.ci95_s
     return replace(found, value_s=seen.expected_detection_time_s, low_s=low_s, high_s=high_s)

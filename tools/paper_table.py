@@ -1,7 +1,7 @@
-"""Measure the paper's planners over many seeds, and hold each mean against a reference value.
+"""Measure the paper's planners over many seeds, and compare each mean with a reference value.
 
-For each start distance u0 of the UAV, as Figure 8 of the paper has it, the expected detection
-time E[min(tau, 10,000 s)] on the grid of Section 5: radius 500 m, take-off at 0, 16 roads, 1,000
+Measured is the expected detection time E[min(tau, 10,000 s)] on the grid of Section 5, for start
+distances u0 of the UAV from Figure 8 of the paper: radius 500 m, take-off at 0, 16 roads, 1,000
 particles. Every plan is evaluated on the same fresh targets, which no planner has seen.
 """
 
@@ -20,20 +20,21 @@ import numpy as np
 
 from planner import Evaluation, Futures, OpenScenario, Recorder, evaluate, make_plan, method_named
 from planner import open_scenario as open_any
+from planner.cli.printing import console
+from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
 from planner.mission.recorder import problem_of
-from planner.report.progress import Told, progress
-from planner.report.tables import console
+from planner.progress import Progress
 
 EPILOG = """\
-A row agrees where the two means differ by no more than their 95 % interval. That has three
-parts: planning seeds here, planning seeds of the reference, and the fresh targets of both.
-Of 20 rows that do agree, one is therefore expected to be called different.
+A row agrees if the two means differ by no more than their 95 % interval. The interval has three
+parts: planning seeds here, planning seeds of the reference, and the fresh targets of both. So one
+in 20 rows that truly agree is expected to be reported as different.
 
-The first run records all targets in SUMO, some minutes with the default numbers; later runs take
-them from the cache.
+The first run records all targets in SUMO, which takes some minutes with the default numbers; later
+runs read them from the cache.
 """
 
 U0_KM = (0, 60, 120, 180, 300, 500, 700)
@@ -45,14 +46,14 @@ ROUNDING_S = 0.5  # reference values are whole seconds
 
 @dataclass(frozen=True)
 class Row:
-    """A method, how it is set, and its reference values: a mean, or a range that holds it."""
+    """A method, its settings, and its reference values: a mean, or a range that contains it."""
 
     name: str
     method: str
     reference_s: Mapping[int, float | tuple[float, float]]  # by u0 in km
     overrides: tuple[str, ...] = ()
     random: bool = False  # plans depend on the particles
-    seeds: Mapping[int, int] = field(default_factory=dict)  # of a reference, where not 10
+    seeds: Mapping[int, int] = field(default_factory=dict)  # of a reference, if not 10
 
 
 def _by_u0(*values: float | tuple[float, float]) -> dict[int, float | tuple[float, float]]:
@@ -78,7 +79,7 @@ ROWS = (
     # At 60 km ten seeds gave 1,554 s, two hundred 1,612 s.
     _greedy("both", 207, 1612, 2975, 4255, 5906, 7278, 8220, seeds={60: 200}),
     _greedy("nearest end", 230, 1436, 2817, 3999, 5498, 6894, 8179),
-    # Which of many equally good roads is flown matters most where few targets can be met.
+    # The choice between equally good roads matters most where few targets can be met.
     _greedy("own", 230, 1570, 3073, 4265, 5534, 6956, 8183, ties="earliest end"),
     _greedy("nearest end", 230, 1436, 2817, 3999, 5498, 6894, 8179, ties="earliest end"),
 )
@@ -118,10 +119,10 @@ class Cell:
 
 
 def cell(row: Row, u0_km: int, evaluations: Sequence[Evaluation]) -> Cell:
-    """Return what the evaluations of one method's plans, one per seed, come to."""
+    """Return the statistics of one method's plans, given one evaluation per seed."""
     values = np.array([one.expected_detection_time_s for one in evaluations])
     spread_s = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-    # What the targets add: the mean over plans of each target's time, as all plans meet them all.
+    # The targets' share: all plans meet all of them, so take each target's mean time over plans.
     time_s = np.mean([one.time_s for one in evaluations], axis=0)
     targets_s = float(time_s.std(ddof=1)) if len(time_s) > 1 else 0.0
     seeds = row.seeds.get(u0_km, REFERENCE_SEEDS)
@@ -143,13 +144,13 @@ def cell(row: Row, u0_km: int, evaluations: Sequence[Evaluation]) -> Cell:
 
 
 def opened_at(u0_km: int, seed: int, overrides: Iterable[str] = ()) -> OpenScenario:
-    """Return the scenario with the UAV so far away."""
+    """Return the scenario with the UAV at a distance from the origin."""
     distance = f"uav.start.distance_m={1000 * u0_km}"
     given = (*SETTING, f"search.seed={seed}", distance, *overrides)
     return open_any("grid5x5", overrides=given)
 
 
-def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], Futures]:
+def recordings(wanted: argparse.Namespace, progress: Progress) -> tuple[list[Futures], Futures]:
     """Return the particles of each planning seed, and the fresh targets common to all.
 
     Seed 0 is nobody's but the targets'.
@@ -158,7 +159,7 @@ def recordings(wanted: argparse.Namespace, told: Told) -> tuple[list[Futures], F
 
     def recorder(seed: int, before: int) -> Recorder:
         opened = opened_at(0, seed, [f"search.particles={wanted.particles}"])
-        return Recorder(opened, wanted.jobs, lambda done, _: told(before + done, total))
+        return Recorder(opened, wanted.jobs, lambda done, *_: progress(before + done, total))
 
     fresh = recorder(0, 0).evaluation(wanted.targets).futures
     planning = [
@@ -172,30 +173,30 @@ def measured(row: Row, u0_km: int, planning: Sequence[Futures], fresh: Futures) 
     """Return what one method achieves at one distance."""
     opened = opened_at(u0_km, 1, row.overrides)
     one = partial(_evaluated, row, opened, fresh)
-    with ThreadPoolExecutor(2) as threads:  # the compiled code lets go of the interpreter
+    with ThreadPoolExecutor(2) as threads:  # the compiled code releases the GIL
         return cell(row, u0_km, list(threads.map(one, planning if row.random else planning[:1])))
 
 
 def _evaluated(row: Row, opened: OpenScenario, fresh: Futures, futures: Futures) -> Evaluation:
-    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures)
+    plan = make_plan(method_named(row.method), opened, Recorder(opened), futures).plan
     problem = problem_of(opened, futures)
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 
 
 def cells(wanted: argparse.Namespace) -> Iterator[Cell]:
     """Record, plan and evaluate; yield the table's rows."""
-    with progress("recording in SUMO") as told:
-        planning, fresh = recordings(wanted, told)
+    with progress_bar("recording in SUMO") as progress:
+        planning, fresh = recordings(wanted, progress)
     rows = [row for row in ROWS if not wanted.only or row.name in wanted.only]
     pairs = [(row, u0_km) for row in rows for u0_km in U0_KM if u0_km in wanted.u0_km]
-    with progress("planning and evaluating") as told:
+    with progress_bar("planning and evaluating") as progress:
         for done, (row, u0_km) in enumerate(pairs):
-            told(done, len(pairs))
+            progress(done, len(pairs))
             yield measured(row, u0_km, planning, fresh)
 
 
 def show(found: Sequence[Cell], title: str) -> None:
-    """Print the table and a count of the rows that agree."""
+    """Print the table, and how many rows agree."""
     from rich.table import Table
 
     table = Table(title=title, title_justify="left")
@@ -226,16 +227,16 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add: Callable[..., Any] = parser.add_argument
-    add("--seeds", type=_count, default=40, help="sets of particles planned on (default 40)")
-    add("--particles", type=_count, default=1000, help="in each set (default 1000)")
+    add("--seeds", type=_count, default=40, help="sets of particles to plan on (default 40)")
+    add("--particles", type=_count, default=1000, help="particles in each set (default 1000)")
     add("--targets", type=_count, default=20000, help="fresh targets (default 20000)")
     help_u0 = f"start distances, all by default: {' '.join(map(str, U0_KM))}"
     add("--u0-km", type=int, nargs="+", choices=U0_KM, default=U0_KM, metavar="KM", help=help_u0)
     names = [row.name for row in ROWS]
-    help_only = f"this method alone, of: {'; '.join(names)}. May be given several times"
+    help_only = f"only this method, one of: {'; '.join(names)}; repeatable"
     add("--only", action="append", choices=names, metavar="METHOD", help=help_only)
     add("-j", "--jobs", type=_count, help="processes that run SUMO (default one per core)")
-    add("--json", type=Path, metavar="FILE", help="write the rows there too, with every seed")
+    add("--json", type=Path, metavar="FILE", help="also write the rows, with every seed, to FILE")
     return parser.parse_args(argv)
 
 

@@ -1,4 +1,4 @@
-"""Distributions of a distance or a speed, drawn by turning the distribution function round."""
+"""Distributions of a distance or a speed, drawn by inverting the distribution function."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
@@ -94,9 +94,11 @@ class Listed:
 
 def chosen(probabilities: Floats, u: Floats) -> Offsets:
     """Return the index that each ``u`` in [0, 1) falls on; one without probability never."""
-    heaped = np.cumsum(probabilities)
+    cumulative = np.cumsum(probabilities)
     last = np.flatnonzero(probabilities)[-1]
-    return np.asarray(np.minimum(np.searchsorted(heaped, u * heaped[-1], side="right"), last))
+    return np.asarray(
+        np.minimum(np.searchsorted(cumulative, u * cumulative[-1], side="right"), last)
+    )
 
 
 def distribution(section: "DistributionSection") -> Distribution:

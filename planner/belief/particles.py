@@ -1,6 +1,6 @@
 """Particles: possible targets, each with a route, a start on it and its speeds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -26,8 +26,12 @@ class Particles:
     seed: Offsets  # (N,) of SUMO's driver for this particle
     gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
     driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
+    # (N,) which target the particle may be, 0 for the first; left out: there is one target
+    target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
+        if len(self.target) == 0:
+            object.__setattr__(self, "target", np.zeros(len(self.weight)))
         freeze(
             self,
             weight=np.float64,
@@ -38,7 +42,9 @@ class Particles:
             speed_mps=np.float64,
             seed=np.int64,
             gone=np.bool_,
+            target=np.int32,
         )
+        assert len(self.target) == len(self)
         assert len(self.first_edge) == len(self) + 1
         assert len(self.route_edge) == len(self.speed_mps) == self.first_edge[-1]
 

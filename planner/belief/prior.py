@@ -13,7 +13,7 @@ from planner.network.road_network import RoadNetwork
 if TYPE_CHECKING:
     from planner.scenario.sections import TargetSection
 
-Turns = dict[str, dict[str, float]]  # from an edge to an edge, the probability
+TurnTable = dict[str, dict[str, float]]  # from an edge to an edge, the probability
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,9 @@ class Prior:
         return self.distance_m.quantile(u)
 
 
-def prior_of(target: "TargetSection", network: RoadNetwork, *, turns: Turns | None = None) -> Prior:
+def prior_of(
+    target: "TargetSection", network: RoadNetwork, *, turns: TurnTable | None = None
+) -> Prior:
     """Return the prior that a scenario's section describes on a network.
 
     Parameters
@@ -76,7 +78,7 @@ def _start_probability(target: "TargetSection", network: RoadNetwork) -> Floats:
     return np.asarray(probability / probability.sum())
 
 
-def turn_probability(network: RoadNetwork, turns: Turns) -> Floats:
+def turn_probability(network: RoadNetwork, turns: TurnTable) -> Floats:
     """Return the probability of each of the network's turns, (T,).
 
     Parameters

@@ -41,19 +41,19 @@ class Routes:
 
 
 @dataclass(frozen=True, eq=False)
-class Turns:
+class PossibleTurns:
     """The turns that a target takes with some probability, by the edge they leave."""
 
     first: Offsets  # (E + 1,) where an edge's turns start
     edge: Ints  # (T,) the edge that a turn leads to
     probability: Floats  # (T,)
-    heaped: Floats  # (T,) index of the edge left, plus the turns' probabilities up to this one
+    cumulative: Floats  # (T,) index of the edge left, plus the turns' probabilities up to this one
 
     def __post_init__(self) -> None:
-        freeze(self, first=np.int64, edge=np.int32, probability=np.float64, heaped=np.float64)
+        freeze(self, first=np.int64, edge=np.int32, probability=np.float64, cumulative=np.float64)
 
     @classmethod
-    def of(cls, prior: Prior, network: RoadNetwork) -> "Turns":
+    def of(cls, prior: Prior, network: RoadNetwork) -> "PossibleTurns":
         """Return the turns of a prior without those of probability zero."""
         some = prior.turn_probability > 0
         before = np.concatenate(([0], np.cumsum(some)))
@@ -61,8 +61,8 @@ class Turns:
         probability = prior.turn_probability[some]
         total = np.concatenate(([0.0], np.cumsum(probability)))
         left = np.repeat(np.arange(len(network.edge_ids)), np.diff(first))
-        heaped = np.asarray(left + total[1:] - total[first[left]], dtype=np.float64)
-        return cls(first, network.turn_edge[some], probability, heaped)
+        cumulative = np.asarray(left + total[1:] - total[first[left]], dtype=np.float64)
+        return cls(first, network.turn_edge[some], probability, cumulative)
 
     @property
     def count(self) -> Offsets:
@@ -71,7 +71,7 @@ class Turns:
 
     def after(self, edge: Offsets | Ints, u: Floats) -> Ints:
         """Return the edges that the shares ``u`` of each edge's turns lead to."""
-        turn = np.searchsorted(self.heaped, edge + u, side="right")
+        turn = np.searchsorted(self.cumulative, edge + u, side="right")
         return self.edge[np.clip(turn, self.first[edge], self.first[edge + 1] - 1)]
 
 
@@ -87,7 +87,7 @@ def drawn_routes(
     columns
         One is used for every turn, and one for every speed where it is drawn anew per road.
     """
-    turns = Turns.of(prior, network)
+    turns = PossibleTurns.of(prior, network)
     who, edge, speed = np.arange(len(starts)), starts.edge, starts.speed_mps
     time_s = (network.edge_length_m[edge] - starts.distance_m) / speed
     steps = [(who, edge, speed)]
@@ -119,10 +119,10 @@ def _one_after_the_other(steps: Sequence[tuple[Offsets, Offsets, Floats]]) -> Ro
 
 def most_turns(prior: Prior, network: RoadNetwork, horizon_s: float, *, limit: int) -> int:
     """Return how many turns any target can take before the horizon, at most ``limit``."""
-    turns = Turns.of(prior, network)
+    turns = PossibleTurns.of(prior, network)
     leaves = np.repeat(np.arange(len(network.edge_ids)), turns.count)
     reach_m = prior.speed_mps.high * horizon_s
-    # The least a target has driven at the end of each edge after so many turns.
+    # The least a target has driven at the end of each edge, by the number of turns taken.
     driven_m = np.where(prior.edge_probability > 0, 0.0, np.inf)
     for taken in range(limit):
         possible = driven_m[leaves] < reach_m
@@ -155,12 +155,12 @@ def all_routes(
     InputError
         If there are more than `MOST_ROUTES`.
     """
-    turns = Turns.of(prior, network)
+    turns = PossibleTurns.of(prior, network)
     edge = starts.edge
     time_s = (network.edge_length_m[edge] - starts.distance_m) / starts.speed_mps
     start, probability = np.arange(len(starts)), np.ones(len(starts))
-    # Each level tells for each branch the edge driven (-1: the route has ended) and the branch of
-    # the level before that it comes from.
+    # Each level holds, for each branch, the edge driven (-1: the route has ended) and the branch
+    # of the level before from which it comes.
     levels = [(start, edge)]
     while True:
         onward = (edge >= 0) & (turns.count[edge] > 0) & (time_s < horizon_s)

@@ -1,15 +1,15 @@
-"""Turn probabilities in SUMO's own words: a file of edgeRelations."""
+"""Turn probabilities from SUMO's own format, a file of edgeRelations."""
 
 import math
 from pathlib import Path
 from xml.etree import ElementTree
 
-from planner.belief.prior import Turns
+from planner.belief.prior import TurnTable
 from planner.errors import InputError
 from planner.messages import shown
 
 
-def read_turns(path: Path) -> Turns:
+def read_turns(path: Path) -> TurnTable:
     """Return the probabilities of a file of ``edgeRelation`` elements, by its two edges.
 
     Raises
@@ -17,7 +17,7 @@ def read_turns(path: Path) -> Turns:
     InputError
         If the file is missing, is not such a file, or gives a turn twice (more than one interval).
     """
-    turns: Turns = {}
+    turns: TurnTable = {}
     relations = list(_root(path).iter("edgeRelation"))
     if not relations:
         raise InputError(f"{path}: holds no edgeRelation; give a SUMO turn file")

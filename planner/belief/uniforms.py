@@ -16,7 +16,7 @@ Columns = Iterator[Floats]  # each (n,)
 def independent(n: int, rng: np.random.Generator) -> Columns:
     """Yield columns of independent draws without end.
 
-    Each column has a random stream of its own, so a particle's draws depend neither on how many
+    Each column has its own random stream, so a particle's draws depend neither on how many
     particles there are nor on how far the others go.
     """
     while True:

@@ -8,15 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.branch_and_bound import Beginning, Search
-from planner.bounds.particle_prices import fitting_bin_s, table_of
-from planner.bounds.sighting_table import pieces_of
-from planner.detection.first_detection import first_detection
+from planner.bounds.branch_and_bound import Prefix, Search
+from planner.bounds.movements import Movements
+from planner.bounds.particle_prices import table_of
+from planner.detection.evaluate import evaluate
+from planner.detection.kernels.closest_approach import first_in_reach
 from planner.flight.plan import Plan
+from planner.progress import Progress, silent
 from planner.search.problem import Problem
+from planner.search.result import TracePoint
+from planner.search.stop import Stop, WorkDone
 
-STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # the same shares, of which the best is gone on from
-STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a beginning
+STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # of what a plan earns: prices to try as the first ones
+STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a prefix
+USUAL = WorkDone(STEPS)
 
 
 @dataclass(frozen=True)
@@ -24,9 +29,8 @@ class Effort:
     """When the search for better prices ends."""
 
     gap: float = 0.0  # as soon as the gap is this small
-    steps: int = STEPS
-    stop: Callable[[], bool] = bool
-    told: Callable[[int, float, float, float], None] | None = None  # step, value, bound, gap
+    stop: Stop = USUAL  # a unit of work is a price step
+    on_progress: Progress = silent  # is given the steps done, those usual, and the gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +41,10 @@ class Certificate:
     bound: float  # no plan's figure is better
     plan_class: str  # "roads", or "free": each particle met as early as the UAV can be there
     bin_s: float = 0.0  # how finely the bound for roads looks, seconds
-    # prices, (N,) in units of reward, for beginnings of flights that have their own
-    proof: Mapping[Beginning, Floats] = field(default_factory=dict)
+    # prices, (N,) in units of reward, for prefixes of flights that have their own
+    proof: Mapping[Prefix, Floats] = field(default_factory=dict)
     better: tuple[int, ...] = ()  # legs met on the way that earn more than the plan, if any
+    trace: tuple[TracePoint, ...] = ()  # the bound after how many steps
 
     @property
     def gap(self) -> float:
@@ -60,57 +65,62 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     NotApplicableError
         If the net is too large for the bound on road plans.
     """
-    track, objective = plan.tracks[0], problem.objective
-    seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+    objective, movements = problem.objective, Movements(problem)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
-    most = float(weight @ objective.reward(earliest(problem)))
-    if not plan.legs[0]:
+    most = float(weight @ objective.reward(earliest(movements)))
+    if not plan.follows_roads:
         return Certificate(value, objective.value(most), "free")
-    steps = itertools.count(1)
+    steps, trace = itertools.count(1), list[TracePoint]()
 
     def stop(bounded: float) -> bool:
         bound, step = objective.value(min(bounded, most)), next(steps)
         gap = gap_of(value, bound)
-        if effort.told:
-            effort.told(step, value, bound, gap)
-        return gap <= effort.gap or step >= effort.steps or effort.stop()
+        if not trace or trace[-1].value != bound:
+            trace.append(TracePoint(step, bound))
+        note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        effort.on_progress(step, STEPS, note)
+        return gap <= effort.gap or effort.stop(step)
 
-    search = _searched(problem, earned, stop)
+    bin_s = movements.fitting_bin_s
+    search = _searched(movements, bin_s, earned, stop)
     bound = objective.value(min(search.bound, most))
-    bin_s = fitting_bin_s(problem)
-    return Certificate(value, bound, "roads", bin_s, search.proof, search.better)
+    return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
 
 
-def _searched(problem: Problem, earned: Floats, stop: Callable[[float], bool]) -> Search:
-    """Return a search for the best bound, started from what a plan earns, and ended."""
-    table = table_of(problem, fitting_bin_s(problem))
-    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices)[0])
-    search = Search(problem, table, float(problem.futures.weight @ earned), stop)
+def _searched(
+    movements: Movements, bin_s: float, earned: Floats, stop: Callable[[float], bool]
+) -> Search:
+    """Return a search for the best bound that has ended, started from what a plan earns."""
+    table, weight = table_of(movements, bin_s), movements.problem.futures.weight
+    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
+    search = Search(movements, table, float(weight @ earned), stop)
     search.begin(start, FIRST_STEPS)
     while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)
     return search
 
 
-def earliest(problem: Problem) -> Floats:
-    """Return when each particle could be met at the earliest by a UAV that knew it, (N,) seconds.
+def earliest(movements: Movements) -> Floats:
+    """Return when a UAV that knew each particle could first meet it, (N,) seconds; inf: never.
 
-    The circle around the take-off's place with the detection radius grows with the UAV's speed;
-    a particle can be seen from when on it is inside.
+    The circle around the place of take-off with the detection radius grows with the UAV's speed;
+    a particle can be seen as soon as it is inside.
     """
-    from planner.detection.kernels.closest_approach import first_in_reach
-
-    uav, seen_at = problem.uav, np.full(len(problem.futures), np.inf)
-    pieces, who = pieces_of(problem.futures)
-    for (from_s, to_s, x, y, vx, vy), k in zip(pieces.tolist(), who.tolist(), strict=True):
+    uav, sensor = movements.problem.uav, movements.problem.sensor
+    seen_at = np.full(len(movements.problem.futures), np.inf)
+    motion, particle = movements.pieces
+    columns = (column.tolist() for column in motion)
+    for k, from_s, to_s, x, y, vx, vy in zip(particle.tolist(), *columns, strict=True):
         begin_s = max(from_s, uav.take_off_s)
         if begin_s > to_s or seen_at[k] <= begin_s:
             continue
-        x, y = x + vx * (begin_s - from_s) - uav.x_m, y + vy * (begin_s - from_s) - uav.y_m
-        ring_m = problem.sensor.radius_m + uav.speed_mps * (begin_s - uav.take_off_s)
-        after_s = first_in_reach((x, y), (vx, vy), ring_m, uav.speed_mps)
+        moved_s = begin_s - from_s
+        offset_m = (x + vx * moved_s - uav.x_m, y + vy * moved_s - uav.y_m)
+        ring_m = sensor.radius_m + uav.speed_mps * (begin_s - uav.take_off_s)
+        after_s = first_in_reach(offset_m, (vx, vy), ring_m, uav.speed_mps)
         if begin_s + after_s <= to_s:
             seen_at[k] = begin_s + after_s
     return seen_at

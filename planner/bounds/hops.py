@@ -1,23 +1,20 @@
-"""Movements from node to node, of which the flight of every road plan is made up."""
+"""Hops: the movements from node to node that the flight of every road plan consists of."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.bounds.kernels.hops import Motion
 from planner.flight.legs import Legs
-from planner.search.problem import Problem
-
-Segments = list[tuple[float, float, float, float, float, float]]
 
 
 @dataclass(frozen=True, eq=False)
 class Hops:
     """All legs in leg order, then the straight flights between nodes that are no legs.
 
-    Any road plan is, after its first flight, a chain of them. A straight flight that a straight
-    road makes too, or that passes over a node between its ends, is left out: it is that leg, or
-    two hops.
+    After its first flight, any road plan is a chain of hops. Straight flights along a straight
+    road or over a node between their ends are left out: they are that leg, or two hops.
     """
 
     from_node: Ints  # (h,) node index
@@ -27,7 +24,7 @@ class Hops:
     after_s: Floats  # (Q,) seconds from the hop's start
     x_m: Floats  # (Q,) metres
     y_m: Floats  # (Q,) metres
-    legs: int  # so many are legs; the others see only if the sensor is on in transit
+    legs: int  # the first so many are legs; the others see only if the sensor is on in transit
 
     def __post_init__(self) -> None:
         freeze(
@@ -44,42 +41,54 @@ class Hops:
     def __len__(self) -> int:
         return len(self.from_node)
 
-    def wide(self, hop: int, slack_s: float) -> Floats:
-        """Return the hop's segments, resting at both ends for ``slack_s`` seconds more, (S, 6).
+    def inflated(self, hop: int, slack_s: float) -> Motion:
+        """Return the hop's motion, at rest at both ends for ``slack_s`` seconds more.
 
-        Columns: from and to, seconds after the hop's start; place at from; velocity.
+        Times are seconds after the hop's start.
         """
-        end_s, rests = self.duration_s[hop], (0.0, 0.0)
+        flown, end_s = self._flown(hop), self.duration_s[hop]
         start, end = self.first_point[hop], self.first_point[hop + 1] - 1
-        before = (-slack_s, 0.0, self.x_m[start], self.y_m[start], *rests)
-        after = (end_s, end_s + slack_s, self.x_m[end], self.y_m[end], *rests)
-        return np.array([before, *self._flown(hop), after], dtype=np.float64)
+        return Motion(
+            from_s=np.concatenate(([-slack_s], flown.from_s, [end_s])),
+            to_s=np.concatenate(([0.0], flown.to_s, [end_s + slack_s])),
+            x_m=np.concatenate(([self.x_m[start]], flown.x_m, [self.x_m[end]])),
+            y_m=np.concatenate(([self.y_m[start]], flown.y_m, [self.y_m[end]])),
+            vx_mps=np.concatenate(([0.0], flown.vx_mps, [0.0])),
+            vy_mps=np.concatenate(([0.0], flown.vy_mps, [0.0])),
+        )
 
-    def core(self, hop: int, slack_s: float) -> Floats:
-        """Return the hop's segments without the first and last ``slack_s`` seconds, (S, 6)."""
-        end_s = self.duration_s[hop] - slack_s
-        cut: Segments = []
-        for from_s, to_s, x, y, vx, vy in self._flown(hop):
-            later_s = max(from_s, slack_s)
-            if later_s < min(to_s, end_s):
-                place = (x + vx * (later_s - from_s), y + vy * (later_s - from_s))
-                cut.append((later_s, min(to_s, end_s), *place, vx, vy))
-        return np.array(cut, dtype=np.float64).reshape(-1, 6)
+    def deflated(self, hop: int, slack_s: float) -> Motion:
+        """Return the hop's motion without its first and its last ``slack_s`` seconds."""
+        flown = self._flown(hop)
+        from_s = np.maximum(flown.from_s, slack_s)
+        to_s = np.minimum(flown.to_s, self.duration_s[hop] - slack_s)
+        later_s, left = from_s - flown.from_s, from_s < to_s
+        return Motion(
+            from_s=from_s[left],
+            to_s=to_s[left],
+            x_m=(flown.x_m + flown.vx_mps * later_s)[left],
+            y_m=(flown.y_m + flown.vy_mps * later_s)[left],
+            vx_mps=flown.vx_mps[left],
+            vy_mps=flown.vy_mps[left],
+        )
 
-    def _flown(self, hop: int) -> Segments:
-        flown: Segments = []
-        for i in range(self.first_point[hop], self.first_point[hop + 1] - 1):
-            lasts_s = self.after_s[i + 1] - self.after_s[i]
-            if lasts_s > 0.0:
-                vx, vy = (float(c[i + 1] - c[i]) / lasts_s for c in (self.x_m, self.y_m))
-                span = (float(self.after_s[i]), float(self.after_s[i + 1]))
-                flown.append((*span, float(self.x_m[i]), float(self.y_m[i]), vx, vy))
-        return flown
+    def _flown(self, hop: int) -> Motion:
+        points = slice(self.first_point[hop], self.first_point[hop + 1])
+        after_s, x_m, y_m = self.after_s[points], self.x_m[points], self.y_m[points]
+        lasts_s = np.diff(after_s)
+        moves = lasts_s > 0.0
+        return Motion(
+            from_s=after_s[:-1][moves],
+            to_s=after_s[1:][moves],
+            x_m=x_m[:-1][moves],
+            y_m=y_m[:-1][moves],
+            vx_mps=np.diff(x_m)[moves] / lasts_s[moves],
+            vy_mps=np.diff(y_m)[moves] / lasts_s[moves],
+        )
 
 
-def hops_of(problem: Problem) -> Hops:
-    """Return the movements of a problem's road plans."""
-    legs = problem.legs
+def hops_of(legs: Legs) -> Hops:
+    """Return the hops of all plans that fly these legs."""
     flights = straight_flights(legs)
     ends = np.array(flights, dtype=np.int64).reshape(-1, 2)
     place = legs.node_xy_m[ends]  # (flights, 2, 2)

@@ -1,134 +1,78 @@
 """What every hop may see, and surely sees, whenever it begins: the table that bounds are made of.
 
-Times are bins. Whoever starts a hop within half a bin of its middle is at every moment within
-v * bin / 2 of whoever starts at the middle, who rests half a bin at both ends; so what a hop may
-see is what that flight sees with a radius larger by as much, and what it surely sees with one that
-is smaller.
+Time is divided into bins. A hop that starts within half a bin of a bin's middle is at every moment
+within v * bin / 2 of the hop that starts at the middle and rests half a bin at both ends. So what
+a hop may see is what that inflated flight sees with a radius larger by as much, and what it surely
+sees is what a deflated one sees with a smaller radius.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
+from planner.arrays import Floats, Ints
 from planner.bounds.hops import Hops
-from planner.futures.futures import Futures
-from planner.search.problem import Problem
-
-ROUNDING = 1e-9  # of a bin, by which a hop may seem to end in the next one
-
-
-@dataclass(frozen=True)
-class Bins:
-    """Equal spans of time, each known by its middle."""
-
-    first_s: float  # middle of the first one
-    step_s: float
-    count: int
-
-    def at(self, time_s: float) -> int:
-        """Return the bin that holds a time; it may lie beyond the last one."""
-        return round((time_s - self.first_s) / self.step_s)
-
-    def lasting(self, duration_s: Floats) -> Ints:
-        """Return how many bins on a flight may end, at least and at most, (..., 2)."""
-        many = np.asarray(duration_s) / self.step_s
-        ends = [np.floor(many + ROUNDING), np.ceil(many - ROUNDING)]
-        return np.stack(ends, axis=-1).astype(np.int64)
+from planner.bounds.kernels.hops import Bins, LegsBefore, known_after, listed, sweep
+from planner.bounds.kernels.prices import REMEMBERED, ArrivalColumns, SightingColumns, by_bin
+from planner.bounds.movements import Movements
 
 
-@dataclass(frozen=True, eq=False)
-class Arrivals:
-    """The legs by the node that they lead to."""
+class _ByHop(NamedTuple):
+    """Sightings sorted by hop and bin."""
 
-    first: Offsets  # (V + 1,)
-    leg: Ints  # (legs,)
-
-    @classmethod
-    def of(cls, hops: Hops, nodes: int) -> "Arrivals":
-        """Return the legs of some hops by the node that they lead to, in leg order."""
-        ends = hops.to_node[: hops.legs]
-        counts = np.bincount(ends, minlength=nodes)
-        return cls(np.concatenate(([0], np.cumsum(counts))), np.argsort(ends, kind="stable"))
-
-    def at(self, node: int) -> Ints:
-        """Return the legs that lead to a node."""
-        return self.leg[self.first[node] : self.first[node + 1]]
+    first: Ints  # (h * bins + 1,) where the sightings of a hop from a bin start
+    particle: Ints  # (M,)
+    reward: Floats  # (M,) times the particle's weight
+    sure: Ints  # (legs, bins, N / 8) one bit for each particle that a leg surely sees
 
 
-def sightings_of(problem: Problem, hops: Hops, bins: Bins, arrivals: Arrivals) -> Any:
-    """Return the sightings that earn something as ``kernels_prices`` takes them."""
-    from planner.bounds.kernels.prices import by_bin
+def sightings_of(movements: Movements, bins: Bins, arrivals: ArrivalColumns) -> SightingColumns:
+    """Return the sightings that earn something."""
+    hops, found = movements.hops, _by_hop(movements, bins)
+    known = _known(hops, arrivals, found, bins)
+    columns = SightingColumns(found.first, found.particle, found.reward, known)
+    return by_bin(columns, len(hops))
 
-    first, particle, reward, sure = _by_hop(problem, hops, bins)
-    known = _known(hops, arrivals, (first, particle), sure, bins)
-    return by_bin((first, particle, reward, known), len(hops))
+
+def arrivals_of(hops: Hops, nodes: int) -> ArrivalColumns:
+    """Return the legs by the node that they lead to, in leg order."""
+    ends = hops.to_node[: hops.legs]
+    counts = np.bincount(ends, minlength=nodes)
+    return ArrivalColumns(np.concatenate(([0], np.cumsum(counts))), np.argsort(ends, kind="stable"))
 
 
-def _by_hop(problem: Problem, hops: Hops, bins: Bins) -> tuple[Ints, Ints, Floats, Ints]:
-    """Return the sightings by hop and bin, and what legs surely see, one bit each.
-
-    First (hops * bins + 1,), particle (M,), reward times weight (M,), sure (legs, bins, N / 8).
-    """
-    from planner.bounds.kernels.hops import listed, sweep
-
-    pieces, who = pieces_of(problem.futures)
+def _by_hop(movements: Movements, bins: Bins) -> _ByHop:
+    hops, pieces, problem = movements.hops, movements.pieces, movements.problem
     objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
-    span = (bins.first_s, bins.step_s, bins.count)
     half_s, radius_m = bins.step_s / 2, sensor.radius_m
     slack_m = half_s * problem.legs.speed_mps
-    counts = np.zeros((len(hops), bins.count), dtype=np.int64)
-    whose, rewards = [], []
-    sure = np.zeros((hops.legs, bins.count, (len(weight) + 7) // 8), dtype=np.uint8)
-    seen_at = np.empty((bins.count, len(weight)))
+    counts = np.zeros((len(hops), bins.total), dtype=np.int64)
+    particles, rewards = [], []
+    sure = np.zeros((hops.legs, bins.total, (len(weight) + 7) // 8), dtype=np.uint8)
+    seen_at = np.empty((bins.total, len(weight)))
     for hop in range(len(hops) if sensor.detects_in_transit else hops.legs):
         seen_at[:] = np.inf
-        sweep(hops.wide(hop, half_s), pieces, who, span, radius_m + slack_m, seen_at)
-        counts[hop], particle, when = listed(seen_at, objective.ends_s)
-        whose.append(particle)
-        rewards.append(objective.reward(when) * weight[particle])
+        sweep(hops.inflated(hop, half_s), pieces, bins, radius_m + slack_m, seen_at)
+        seen = listed(seen_at, objective.ends_s)
+        counts[hop] = seen.counts
+        particles.append(seen.particle)
+        rewards.append(objective.reward(seen.at_s) * weight[seen.particle])
         if hop < hops.legs and radius_m > slack_m:
             seen_at[:] = np.inf
-            sweep(hops.core(hop, half_s), pieces, who, span, radius_m - slack_m, seen_at)
+            sweep(hops.deflated(hop, half_s), pieces, bins, radius_m - slack_m, seen_at)
             sure[hop] = np.packbits(seen_at < np.inf, axis=1)
     first = np.concatenate(([0], np.cumsum(counts)))
-    return first, np.concatenate(whose), np.concatenate(rewards), sure
+    return _ByHop(first, np.concatenate(particles), np.concatenate(rewards), sure)
 
 
-def _known(
-    hops: Hops, arrivals: Arrivals, sightings: tuple[Ints, Ints], sure: Ints, bins: Bins
-) -> Ints:
+def _known(hops: Hops, arrivals: ArrivalColumns, found: _ByHop, bins: Bins) -> Ints:
     """Return for each sighting after which legs before the hop its particle is surely seen."""
-    from planner.bounds.kernels.hops import known_after
-    from planner.bounds.kernels.prices import REMEMBERED
-
-    first, particle = sightings
-    known = np.zeros(len(particle), dtype=np.uint8)
+    known = np.zeros(len(found.particle), dtype=np.uint8)
     for leg in range(hops.legs):
-        cells = first[leg * bins.count : (leg + 1) * bins.count + 1]
-        legs = arrivals.at(hops.from_node[leg])[:REMEMBERED]
-        before = (legs, bins.lasting(hops.duration_s[legs]))
-        among = slice(cells[0], cells[-1])
-        known[among] = known_after(cells - cells[0], particle[among], sure, before)
+        first = found.first[leg * bins.total : (leg + 1) * bins.total + 1]
+        node = hops.from_node[leg]
+        legs = arrivals.leg[arrivals.first[node] : arrivals.first[node + 1]][:REMEMBERED]
+        before = LegsBefore(legs, bins.lasting(hops.duration_s[legs]))
+        own = slice(first[0], first[-1])
+        known[own] = known_after(first - first[0], found.particle[own], found.sure, before)
     return known
-
-
-def pieces_of(futures: Futures) -> tuple[Floats, Ints]:
-    """Return all straight motions: from, to, place at from, velocity, (P, 6); and whose (P,).
-
-    Somebody who is somewhere for a moment only does not move there, and can be seen all the same.
-    """
-    who = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
-    at = np.stack([futures.time_s, futures.x_m, futures.y_m], axis=1)
-    last = np.diff(who, append=-1) != 0
-    moves = np.flatnonzero(~last & (np.diff(at[:, 0], append=np.inf) > 0.0))
-    rests = np.flatnonzero(last & ~futures.gone[who])
-    moments = np.setdiff1d(np.arange(len(who)), np.concatenate([moves, moves + 1, rests]))
-    step = at[moves + 1] - at[moves]
-    places = np.concatenate([moves, rests, moments])
-    until_s = [at[moves + 1, 0], np.full(len(rests), np.inf), at[moments, 0]]
-    velocity = np.zeros((len(places), 2))
-    velocity[: len(moves)] = step[:, 1:] / step[:, :1]
-    pieces = np.column_stack([at[places, 0], np.concatenate(until_s), at[places, 1:], velocity])
-    return np.ascontiguousarray(pieces), who[places].astype(np.int64)

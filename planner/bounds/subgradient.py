@@ -9,7 +9,7 @@ from planner.bounds.particle_prices import Table
 
 PATIENCE = 8  # steps without a lower bound, after which they grow shorter
 SHORTER, INERTIA = 0.7, 0.7
-AIM = 0.3  # of the gap left: where a step hopes to get to
+AIM = 0.3  # of the gap left, below the lowest bound: the bound that a step aims at
 SHORTEST = 1e-3
 
 
@@ -32,13 +32,13 @@ def lowest(
     value
         The reward of some plan, which no bound can be below.
     steps
-        At most so many.
+        At most this many.
     stop
-        Hears the bound after each step; once it says so, the search ends.
+        Hears the lowest bound after each step; once it says so, the search ends.
     """
     at = np.maximum(prices, table.floor)
     least, kept = np.inf, at
-    way, length, waited = np.zeros(len(at)), 1.0, 0
+    direction, length, waited = np.zeros(len(at)), 1.0, 0
     for _ in range(steps):
         bound, counts = table.bound(at)
         waited = 0 if bound < least - 1e-4 * (least - value) or least == np.inf else waited + 1
@@ -49,11 +49,12 @@ def lowest(
         slope = np.where(table.weight > 0.0, 1.0 - counts, 0.0)
         if waited >= PATIENCE:
             length, waited, at = length * SHORTER, 0, kept
-            way = np.zeros(len(at))
-        way = slope + INERTIA * way if way @ (slope * table.weight) >= 0.0 else slope
-        steepness = float((way * table.weight) @ way)
+            direction = np.zeros(len(at))
+        turns_back = direction @ (slope * table.weight) < 0.0
+        direction = slope if turns_back else slope + INERTIA * direction
+        steepness = float((direction * table.weight) @ direction)
         if steepness == 0.0:
             break
-        hoped = bound - value - AIM * (least - value)
-        at = np.maximum(table.floor, at - length * hoped / steepness * way)
+        aimed = bound - value - AIM * (least - value)
+        at = np.maximum(table.floor, at - length * aimed / steepness * direction)
     return least, kept

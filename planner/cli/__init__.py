@@ -1,42 +1,88 @@
-"""The command line: parse, call, print."""
+"""The command line: parse, call, exit codes. Each command has a file of its own beside this one."""
 
 import argparse
-import json
 import logging
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
-from planner.cli.commands import Command, add_commands
-from planner.cli.examples import OF_ALL, told
 from planner.errors import PlannerError
 from planner.interrupts import stopped_by_signals
 
 BAD_INPUT = 2
 
 DESCRIPTION = """\
-Plan in which order a drone flies the roads to find a vehicle soonest on average.
+Plan the order in which a drone flies the roads so that it finds a vehicle as
+soon as possible on average.
 
-A scenario tells what is known: the road network, where the vehicle may have
-started, how fast it goes, where it may turn; where the drone is and what it sees.
-Many possible futures of the vehicle are driven through SUMO and recorded; road
-orders are flown against them, and the best are flown against fresh ones.
+A scenario describes what is known: the road network, where the vehicle may have
+started, how fast it drives and where it may turn, where the drone starts and
+what it can see. SUMO simulates many possible futures of the vehicle. Road orders
+are flown against these futures, and the best ones against fresh targets.
 """
+
+Examples = tuple[tuple[str, str], ...]  # what is typed, and what that is for
+
+EXAMPLES: Examples = (
+    ("plan grid5x5 -o runs/first", "plan, evaluate and draw"),
+    ("plan grid5x5 --gap 0.1 -o runs/near", "until within 10 % of a bound"),
+    ("fly runs/first --targets 1000", "fly it against fresh targets"),
+    ("compare grid5x5", "all methods in one table"),
+    ("experiment figure8 -o runs/8", "a batch that can be resumed"),
+    ("where grid5x5 --at 0:30:00", "where the vehicle may be by then"),
+    ("plan grid5x5 --set uav.start.distance_m=120000 --set uav.speed_mps=50", ""),
+)
+
+# All that `planner --help` needs; a command's file repeats its summary and a test compares them.
+COMMANDS = (
+    ("build", "build a scenario's road network with netconvert"),
+    ("futures", "simulate the particles in SUMO and record their futures"),
+    ("where", "show where the target may be at a given time"),
+    ("plan", "plan a search and evaluate it on fresh targets"),
+    ("fly", "fly a plan against true targets"),
+    ("certify", "bound the gap between a run's plan and the best possible plan"),
+    ("compare", "compare all methods on the same futures and fresh targets"),
+    ("experiment", "run all combinations of factors, methods and seeds"),
+    ("doctor", "check this installation and suggest a remedy for each fault"),
+)
+
+
+class Command(Protocol):
+    """What the file of a command holds."""
+
+    @property
+    def SUMMARY(self) -> str:
+        """One line of `planner --help`."""
+
+    @property
+    def DETAILS(self) -> str:
+        """What else the command's own --help says of it; may be empty."""
+
+    @property
+    def EXAMPLES(self) -> Examples:
+        """The end of the command's own --help."""
+
+    def arguments(self, parser: argparse.ArgumentParser, /) -> None:
+        """Add the command's arguments to a parser."""
+
+    def run(self, arguments: argparse.Namespace, /) -> int:
+        """Run the command and return its exit code."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code: 0 well, 2 bad input.
+    """Run one command and return its exit code: 0 on success, 2 on bad input.
 
     The process ends with 130 if Ctrl-C stops it.
     """
     with stopped_by_signals():
-        arguments = _parser().parse_args(argv)
+        words = sys.argv[1:] if argv is None else list(argv)
+        arguments = parser_for(words).parse_args(words)
         with _log_lines(arguments.verbose):
             try:
-                run: Command = arguments.run
+                run: Callable[[argparse.Namespace], int] = arguments.run
                 code = run(arguments)
                 if sys.stdout is not None:  # it may have been closed from the start
                     sys.stdout.flush()
@@ -47,8 +93,116 @@ def main(argv: Sequence[str] | None = None) -> int:
                 return _refused(error)
 
 
+def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return a parser that lists all commands and has the arguments of the one that was typed."""
+    parser = _Parser(
+        prog="planner",
+        description=DESCRIPTION,
+        epilog=_examples_text(EXAMPLES),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--version", action=_Version, nargs=0, help="print the versions of planner and SUMO"
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    typed = next((word for word in words if not word.startswith("-")), None)
+    for name, summary in COMMANDS:
+        if name == typed:
+            _add_arguments(commands, name, command_named(name))
+        else:
+            commands.add_parser(name, help=summary)
+    return parser
+
+
+def command_named(name: str) -> Command:
+    """Return the command of that name; its file is loaded only now, which keeps --help quick."""
+    match name:
+        case "build":
+            from planner.cli import build
+
+            return build
+        case "futures":
+            from planner.cli import futures
+
+            return futures
+        case "where":
+            from planner.cli import where
+
+            return where
+        case "plan":
+            from planner.cli import plan
+
+            return plan
+        case "fly":
+            from planner.cli import fly
+
+            return fly
+        case "certify":
+            from planner.cli import certify
+
+            return certify
+        case "compare":
+            from planner.cli import compare
+
+            return compare
+        case "experiment":
+            from planner.cli import experiment
+
+            return experiment
+        case "doctor":
+            from planner.cli import doctor
+
+            return doctor
+    raise ValueError(name)
+
+
+def _add_arguments(commands: Any, name: str, command: Command) -> None:
+    summary = command.SUMMARY
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=f"{summary[0].upper()}{summary[1:]}.\n\n{command.DETAILS}".strip(),
+        epilog=_examples_text(command.EXAMPLES),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=command.run)
+    parser.add_argument(
+        "-v", "--verbose", action="count", default=0, help="more log output (-vv: debug)"
+    )
+    parser.add_argument("--json", action="store_true", help="print only a summary, as JSON")
+    command.arguments(parser)
+
+
+def _examples_text(examples: Examples) -> str:
+    """Return examples as lines, with what they are for in a column of its own."""
+    widest = max((len(typed) for typed, why in examples if why), default=0)
+    lines = (f"  planner {typed:<{widest}}   {why}".rstrip() for typed, why in examples)
+    return "\n".join(["examples:", *lines])
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports a fault in one line, as the rest of the program does."""
+
+    def error(self, message: str) -> NoReturn:
+        """End the program with what is wrong and where to find help."""
+        command = self.prog.removeprefix("planner").strip()
+        fault = f"{command}: {message}" if command else message
+        self.exit(BAD_INPUT, f"planner: {fault}; see {self.prog} --help\n")
+
+
+class _Version(argparse.Action):
+    """Prints versions; they are looked up only when asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from planner.provenance import versions
+
+        known = versions()
+        print(f"planner {known['planner']}, SUMO {known['sumo']}")
+        parser.exit()
+
+
 def _refused(error: Exception) -> int:
-    """Tell what is wrong, a line for each fault."""
+    """Print what is wrong, one line per fault."""
     if isinstance(error, MemoryError):
         lines = [f"out of memory ({error or 'no more is free'}); try fewer particles or targets"]
     elif isinstance(error, OSError):
@@ -62,7 +216,7 @@ def _refused(error: Exception) -> int:
 
 
 def _unread() -> int:
-    """Nobody reads on, as with ``| head``: end without a word, also when Python flushes."""
+    """End quietly when the reader has gone, as with ``| head``; Python's own flush included."""
     sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
     return 128 + 13
 
@@ -75,7 +229,7 @@ class _Once(logging.Filter):
         self._said: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Tell whether a record is to be written."""
+        """Return whether a record is to be written."""
         text = record.getMessage()
         again = record.levelno >= logging.WARNING and text in self._said
         self._said.add(text)
@@ -95,44 +249,3 @@ def _log_lines(verbose: int) -> Iterator[None]:
         yield
     finally:
         log.removeHandler(lines)
-
-
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, as all else here does."""
-
-    def error(self, message: str) -> NoReturn:
-        """End the program with what is wrong and where help is."""
-        command = self.prog.removeprefix("planner").strip()
-        told = f"{command}: {message}" if command else message
-        self.exit(BAD_INPUT, f"planner: {told}; {self.prog} --help tells more\n")
-
-
-class _Version(argparse.Action):
-    """Prints versions; they are looked up only when asked for."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from planner.provenance import versions
-
-        known = versions()
-        print(f"planner {known['planner']}, SUMO {known['sumo']}")
-        parser.exit()
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="planner",
-        description=DESCRIPTION,
-        epilog=told(OF_ALL),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument(
-        "--version", action=_Version, nargs=0, help="print the versions of planner and SUMO"
-    )
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    add_commands(commands)
-    return parser
-
-
-def print_json(content: Any) -> None:
-    """Print plain data as JSON on stdout."""
-    print(json.dumps(content, indent=1, allow_nan=False))

@@ -1,23 +1,23 @@
-"""Arguments that several commands take, and what their texts mean."""
+"""Arguments that several commands take, their types, and the overrides they stand for."""
 
 import argparse
 from pathlib import Path
 
 from planner.clock import seconds
-from planner.errors import PlannerError
+from planner.errors import InputError, PlannerError
 
 
 def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
-    """Have a scenario named, with what may be changed of it."""
+    """Add the scenario and what may be changed of it."""
     parser.add_argument(
         "scenario",
         nargs="?" if optional else None,
         metavar="SCENARIO",
-        help="a scenario.toml, its folder, the name of a shipped one (grid5x5, figure3, ...), "
-        "or the run.json of an earlier run",
+        help="a scenario.toml or its folder, the name of a shipped scenario (grid5x5, figure3, "
+        "...), or the run.json of an earlier run",
     )
     parser.add_argument(
-        "-n", "--net-file", type=path, metavar="FILE", help="on another SUMO net (.net.xml)"
+        "-n", "--net-file", type=path, metavar="FILE", help="use another SUMO network (.net.xml)"
     )
     parser.add_argument(
         "-s", "--seed", type=seed, help="seed of all random draws (default: the scenario's)"
@@ -28,54 +28,86 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="override a field of the scenario, such as uav.start.distance_m=120000; repeatable",
+        help="override a scenario key, e.g. uav.start.distance_m=120000; repeatable",
     )
     add_jobs(parser)
 
 
+def scenario_overrides(arguments: argparse.Namespace) -> list[str]:
+    """Return the scenario overrides that the options of `add_scenario` stand for."""
+    overrides = list(arguments.set)
+    if arguments.seed is not None:
+        overrides.append(f"search.seed={arguments.seed}")
+    if arguments.net_file is not None:
+        net = str(arguments.net_file.resolve())
+        overrides.append(f"network={{ net = {_toml_text(net)} }}")
+    return overrides
+
+
 def add_run(parser: argparse.ArgumentParser) -> None:
-    """Have the folder of a run named."""
+    """Add the folder of a run."""
     parser.add_argument(
         "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
     )
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Let the number of processes be chosen."""
+    """Add the number of processes."""
     parser.add_argument(
-        "-j", "--jobs", type=count, metavar="N", help="processes that run SUMO (default: cores)"
+        "-j", "--jobs", type=count, metavar="N", help="SUMO processes (default: one per core)"
     )
 
 
 def add_targets(parser: argparse.ArgumentParser, *, default: int) -> None:
-    """Let the number of fresh targets be chosen."""
+    """Add the number of fresh targets."""
     parser.add_argument(
         "--targets",
         type=count,
         default=default,
         metavar="N",
-        help="fresh targets to fly against (default: %(default)s)",
+        help="number of fresh targets to fly against (default: %(default)s)",
     )
 
 
 def add_objective(parser: argparse.ArgumentParser) -> None:
-    """Let what the search is for be chosen."""
+    """Add what the search optimizes."""
     parser.add_argument(
         "--objective",
         choices=("time", "probability"),
-        help="least expected detection time, or most probably found by --by (default: the "
-        "scenario's)",
+        help="minimize the expected detection time, or maximize the probability of detection by "
+        "the deadline --by (default: the scenario's)",
     )
     parser.add_argument(
         "--by",
         type=moment,
         metavar="TIME",
-        help="the deadline, seconds or H:M:S since the target was last seen",
+        help="the deadline, in seconds or H:M:S after the target was last seen",
     )
 
 
+def objective_overrides(arguments: argparse.Namespace) -> list[str]:
+    """Return the scenario overrides that the options of `add_objective` stand for.
+
+    Raises
+    ------
+    InputError
+        If there is a deadline for an objective that has none.
+    """
+    objective, by_s = arguments.objective, arguments.by
+    if by_s is not None and objective != "probability":
+        raise InputError(
+            f"--by {by_s:g}: goes with --objective probability; give both, or leave it out"
+        )
+    values = {"search.objective": objective and _toml_text(objective), "search.by_s": by_s}
+    return [f"{key}={value}" for key, value in values.items() if value is not None]
+
+
+def _toml_text(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
 def moment(text: str) -> float:
-    """Return seconds, given so or as H:M:S."""
+    """Return a time in seconds, written as seconds or as H:M:S."""
     try:
         return seconds(text)
     except PlannerError as error:
@@ -83,7 +115,7 @@ def moment(text: str) -> float:
 
 
 def span(text: str) -> float:
-    """Return how long something may take, in seconds, given so or as H:M:S."""
+    """Return a duration in seconds, written as seconds or as H:M:S."""
     lasts_s = moment(text)
     if not lasts_s >= 0.0:
         raise argparse.ArgumentTypeError(f"should be seconds, or H:M:S, from 0 on, not {text!r}")
@@ -91,7 +123,7 @@ def span(text: str) -> float:
 
 
 def share(text: str) -> float:
-    """Return a number from 0 on."""
+    """Return a finite number of at least 0."""
     try:
         number = float(text)
     except ValueError:
@@ -102,12 +134,12 @@ def share(text: str) -> float:
 
 
 def count(text: str) -> int:
-    """Return a whole number from 1 on."""
+    """Return a whole number of at least 1."""
     return _whole_number(text, 1)
 
 
 def seed(text: str) -> int:
-    """Return a whole number from 0 on."""
+    """Return a whole number of at least 0."""
     return _whole_number(text, 0)
 
 
@@ -120,5 +152,5 @@ def _whole_number(text: str, least: int) -> int:
 def path(text: str) -> Path:
     """Return the path of a file or a folder."""
     if not text:
-        raise argparse.ArgumentTypeError("is empty; name a file or a folder")
+        raise argparse.ArgumentTypeError("is empty; give the path of a file or a folder")
     return Path(text)

@@ -1,100 +1,141 @@
-"""What `planner certify` does; bounds with their progress, for all who ask for one."""
+"""`planner certify`: how far a stored plan can be from the best possible one."""
 
 import argparse
 import math
-import time
 from contextlib import ExitStack
+from itertools import count as counted
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from planner.bounds.certificate import STEPS, Certificate
-from planner.cli.session import output, recorded, tell
+from planner.cli.arguments import add_jobs, add_run, count, share, span
+from planner.cli.printing import print_result
 from planner.errors import InputError
-from planner.flight.plan import Plan
-from planner.interrupts import first_asks
-from planner.mission import certificate_file as files
-from planner.mission import certify as mission
-from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder
-from planner.report import run_files
-from planner.report import sentences as remarks
-from planner.report.progress import progress
-from planner.search.problem import Problem
+from planner.interrupts import first_interrupt_asks
 
-UNCOUNTED = 10**9  # price steps, where the time is the limit
-FEWEST_SETS = 10  # from fewer, Student's limit of their mean lies too low to tell anything
+if TYPE_CHECKING:
+    from planner.bounds.certificate import Certificate
+    from planner.flight.plan import Plan
+    from planner.mission.opening import OpenScenario
+    from planner.search.problem import Problem
+
+SUMMARY = "bound the gap between a run's plan and the best possible plan"
+DETAILS = """\
+Adds a certificate to plan.json and writes prices.parquet, weights.parquet,
+motion.parquet and net.json, with which tools/verify.py checks it.
+Ctrl-C stops the search and keeps the best bound so far."""
+EXAMPLES = (
+    ("certify runs/first --time-limit 60", "what one minute can prove"),
+    ("certify runs/first --gap 0.05", "until the gap is below 5 %"),
+    ("certify runs/first --sets 10 --force", "for the belief, not one sample"),
+)
+
+FEWEST_SETS = 10  # with fewer, Student's limit of their mean is too low to be of use
 
 
-def certify(arguments: argparse.Namespace) -> int:
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner certify`."""
+    add_run(parser)
+    parser.add_argument(
+        "--gap", type=share, default=0.0, metavar="G", help="stop at this gap, e.g. 0.1"
+    )
+    parser.add_argument(
+        "--time-limit", type=span, metavar="S", help="stop after S seconds per set of particles"
+    )
+    parser.add_argument(
+        "--work",
+        type=count,
+        metavar="N",
+        help="number of price steps (default: 600, or unlimited with --time-limit)",
+    )
+    parser.add_argument(
+        "--sets",
+        type=count,
+        metavar="K",
+        help="also bound K independent sets of particles, at least 10, for a statement about the "
+        "true optimum",
+    )
+    add_jobs(parser)
+    parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
+
+
+def run(arguments: argparse.Namespace) -> int:
     """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
-    arguments.output = arguments.directory
-    opened, stored = run_files.open_run(arguments.directory)
-    if arguments.sets is not None and arguments.sets < FEWEST_SETS:
-        raise InputError(
-            f"--sets {arguments.sets}: tells too little of chance; give {FEWEST_SETS} or more"
-        )
+    from planner.cli.session import new_files, planning_recorded
+    from planner.mission.certificate_file import PROOF, write_better
+    from planner.mission.certify import problem_of_plan
+    from planner.mission.run_folder import PLAN, open_run, refuse_other_futures
+    from planner.report.sentences import world_line
+
+    _check_sets(arguments.sets)
+    run_folder: Path = arguments.directory
+    opened, stored = open_run(run_folder)
     with ExitStack() as stack:
-        folder = output(stack, arguments, files.PROOF)
-        assert folder is not None
-        recording = recorded(arguments, opened, "recording futures", Recorder.planning)
-        run_files.same_futures(arguments.directory, recording)
-        problem = mission.problem_of_plan(opened, stored.plan, recording.futures)
+        folder = new_files(stack, run_folder, PROOF, force=arguments.force)
+        recording = planning_recorded(arguments, opened)
+        refuse_other_futures(run_folder, recording)
+        problem = problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
-        told = files.certificate_content(problem, certificate)
-        plan_file = arguments.directory / run_files.PLAN
-        earlier = files.stored_certificate(plan_file)
-        told |= {key: earlier[key] for key in files.OF_SETS if key in earlier}
-        if limit is not None:
-            told |= dict(zip(files.OF_SETS, (limit, arguments.sets), strict=True))
-        kept = files.proves_more(earlier, told)
-        if kept:
-            told = earlier | {key: told[key] for key in files.OF_SETS if key in told}
-            files.keep_proof(folder, plan_file, told)
-        else:
-            files.write_certificate(folder, problem, certificate, plan_file, told)
-    shown = [remarks.certificate_line(certificate, problem.objective.by_s)]
+        of_sets = None if limit is None else (limit, arguments.sets)
+        plan_file = run_folder / PLAN
+        stays, kept = write_better(folder, plan_file, problem, certificate, of_sets)
+        summary = stays.content()
+    lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
     if kept:
-        shown.append(f"the earlier bound is better and stays: gap {told['gap']:.1%}")
-    if limit is None and arguments.sets is not None:
-        shown.append("the other sets were stopped too soon for a statement about the true optimum")
-    if certificate.better:
-        shown.append("a better plan was met on the way: `planner plan --gap` takes such plans")
-    if limit is not None:
-        shown.append(remarks.limit_line(limit, arguments.sets, problem.objective.by_s))
-        if opened.scenario.truth == opened.scenario.target:
-            shown.append(remarks.world_line(limit, stored.evaluated, problem.objective.by_s))
-    tell(arguments, told, [*shown, f"written to {arguments.directory}"])
+        lines.insert(1, f"the earlier bound is better and stays: gap {summary['gap']:.1%}")
+    if limit is not None and opened.scenario.truth == opened.scenario.target:
+        lines.append(world_line(limit, stored.evaluated, problem.objective.by_s))
+    print_result(arguments, summary, [*lines, f"written to {run_folder}"])
     return 0
 
 
-def certificate_of(problem: Problem, plan: Plan, limits: mission.Limits) -> Certificate:
-    """Return a plan's certificate, and show value, bound and gap while they come closer."""
-    begun_s = time.monotonic()
-    timed = limits.steps >= UNCOUNTED and math.isfinite(limits.seconds)
-    with progress("certifying") as shown:
-
-        def told(step: int, value: float, bound: float, gap: float) -> None:
-            note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
-            done = time.monotonic() - begun_s if timed else step
-            all_s = limits.seconds if timed else limits.steps
-            shown(int(min(done, all_s)), math.ceil(all_s), note)
-
-        return mission.certify(problem, plan, limits, told)
+def _check_sets(sets: int | None) -> None:
+    if sets is not None and sets < FEWEST_SETS:
+        raise InputError(f"--sets {sets}: too few to allow for chance; give {FEWEST_SETS} or more")
 
 
 def _certificate(
-    arguments: argparse.Namespace, opened: OpenScenario, plan: Plan, problem: Problem
-) -> tuple[Certificate, float | None]:
+    arguments: argparse.Namespace, opened: "OpenScenario", plan: "Plan", problem: "Problem"
+) -> "tuple[Certificate, float | None]":
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
-    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
-    with first_asks() as asked:
-        steps = arguments.work or (STEPS if arguments.time_limit is None else UNCOUNTED)
-        limits = mission.Limits(arguments.gap, steps, seconds, asked)
-        certificate = certificate_of(problem, plan, limits)
-        if arguments.sets is None:
+    from planner.bounds.certificate import Effort, certified
+    from planner.cli.progress import progress_bar
+    from planner.cli.trials import Bounding, certificate_of
+    from planner.mission.certify import bounds_of_sets, limit_of
+    from planner.mission.recorder import Recorder
+
+    seconds, sets = arguments.time_limit, arguments.sets
+    limit_s = math.inf if seconds is None else seconds
+    with first_interrupt_asks() as asked:
+        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work)
+        certificate = certificate_of(problem, plan, bounding)
+        if sets is None:
             return certificate, None
-        with progress("other sets") as shown:
+        with progress_bar("other sets") as progress:
             recorder = Recorder(opened, arguments.jobs)
-            bounds = mission.bounds_of_sets(
-                recorder, plan, limits, arguments.sets, lambda n: shown(n, arguments.sets)
-            )
-    enough = len(bounds) == arguments.sets and len(bounds) > 1
-    return certificate, mission.limit_of(bounds, problem.objective.by_s) if enough else None
+            done = counted(1)
+
+            def bound(other: "Problem") -> float | None:
+                if asked():
+                    return None
+                found = certified(other, plan, Effort(bounding.gap, bounding.stop())).bound
+                progress(next(done), sets)
+                return found
+
+            bounds = bounds_of_sets(recorder, plan, sets, bound)
+    enough = len(bounds) == sets and len(bounds) > 1
+    return certificate, limit_of(bounds, problem.objective.by_s) if enough else None
+
+
+def _lines(
+    certificate: "Certificate", limit: float | None, sets: int | None, by_s: float | None
+) -> list[str]:
+    from planner.report import sentences
+
+    lines = [sentences.certificate_line(certificate, by_s)]
+    if limit is None and sets is not None:
+        lines.append("stopped too early for a statement about the true optimum")
+    if certificate.better:
+        lines.append("a better plan was met on the way: `planner plan --gap` takes such plans")
+    if limit is not None and sets is not None:
+        lines.append(sentences.limit_line(limit, sets, by_s))
+    return lines

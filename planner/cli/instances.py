@@ -1,4 +1,4 @@
-"""What `planner compare --instances` does: all methods on the frozen instances, one table."""
+"""The work of `planner compare --instances`: all methods on the frozen instances, one table."""
 
 import argparse
 import tempfile
@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from planner.cli.session import tell
+from planner.cli.printing import print_result
+from planner.cli.progress import progress_bar
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
 from planner.experiments.condition import Condition
@@ -16,13 +17,12 @@ from planner.experiments.run import run
 from planner.files import written_whole
 from planner.mission.recorder import Recorder
 from planner.report import experiment_tables
-from planner.report.progress import progress
 from planner.search.methods import METHODS
 
 PAGE = "instances.md"
 
 
-def compare_instances(arguments: argparse.Namespace) -> int:
+def compare_on_instances(arguments: argparse.Namespace) -> int:
     """Plan for every instance with every method and print the table.
 
     Raises
@@ -39,30 +39,28 @@ def compare_instances(arguments: argparse.Namespace) -> int:
             stack.enter_context(tempfile.TemporaryDirectory(prefix="planner-"))
         )
         known = _known(instances, arguments.jobs)
-        with progress("instances") as told:
-            results = run({folder: [*conditions.values()]}, workers=arguments.jobs, told=told)[
-                folder
-            ]
+        with progress_bar("instances") as progress:
+            parts = {folder: [*conditions.values()]}
+            results = run(parts, workers=arguments.jobs, progress=progress)[folder]
     values = _values(conditions, results.rows)
-    table = experiment_tables.instances_table(instances, known, values)
-    written = []
+    blocks: list[Any] = [experiment_tables.instances_table(instances, known, values)]
+    blocks += _moved(instances, known)
     if arguments.output:
         with written_whole(arguments.output / PAGE) as new:
             page = experiment_tables.instances_page(instances, known, values)
             new.write_text(page, encoding="utf-8")
-        written = [f"written to {arguments.output}"]
-    told_of = [_told(one, known[one.name], values) for one in instances]
-    shown: list[Any] = [table, *_moved(instances, known), *written]
-    tell(arguments, {"instances": told_of}, shown)
+        blocks.append(f"written to {arguments.output}")
+    summary = {"instances": [_summary(one, known[one.name], values) for one in instances]}
+    print_result(arguments, summary, blocks)
     return 0
 
 
 def _known(instances: Sequence[Instance], jobs: int | None) -> dict[str, Evaluation]:
-    """Return what the best plans known are worth when they are flown again."""
+    """Return the values of the best known plans, flown again."""
     known = {}
-    with progress("flying the best plans known") as told:
+    with progress_bar("flying the best known plans") as progress:
         for done, instance in enumerate(instances):
-            told(done, len(instances))
+            progress(done, len(instances))
             opened = instance.opened()
             fresh = Recorder(opened, jobs).evaluation().futures
             known[instance.name] = flown_again(instance, opened, fresh)
@@ -76,7 +74,7 @@ def _values(
     return {pair: found[condition.id] for pair, condition in conditions.items()}
 
 
-def _told(
+def _summary(
     instance: Instance, known: Evaluation, values: Mapping[tuple[str, str], float | None]
 ) -> dict[str, Any]:
     low_s, high_s = known.ci95_s
@@ -91,9 +89,9 @@ def _told(
 
 
 def _moved(instances: Sequence[Instance], known: Mapping[str, Evaluation]) -> list[str]:
-    """Return a line for each best plan whose value here is not the one that was written down."""
+    """Return a line for each best known plan whose value here differs from the recorded one."""
     return [
-        f"{one.name}: the best plan known is worth {value:,.1f} s here, {one.value_s:,.1f} s were "
+        f"{one.name}: the best known plan takes {value:,.1f} s here, but {one.value_s:,.1f} s were "
         "written down"
         for one in instances
         for value in [known[one.name].expected_detection_time_s]

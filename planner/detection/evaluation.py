@@ -1,17 +1,12 @@
 """What a search achieves: the one place where its figures are derived from seen times."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, freeze
-from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
-from planner.detection.sensor import Sensor
-from planner.flight.track import Track
-from planner.futures.futures import Futures
 from planner.intervals import NORMAL_95, share_interval
 
 
@@ -140,13 +135,3 @@ class Evaluation:
         times, which = np.unique(self.seen_at[self.found], return_inverse=True)
         steps = np.bincount(which, weights=self.weight[self.found], minlength=len(times))
         return times, np.cumsum(steps)
-
-
-def evaluate(
-    tracks: Sequence[Track], futures: Futures, sensor: Sensor, objective: Objective
-) -> Evaluation:
-    """Return what flights achieve together against futures: each target's earliest sighting."""
-    seen_at = np.full(len(futures), np.inf)
-    for track in tracks:
-        np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
-    return Evaluation(seen_at, futures.weight, futures.end_s, objective)

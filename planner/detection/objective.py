@@ -38,6 +38,10 @@ class Objective:
         """Return the objective's own figure for an expected reward: seconds, or a probability."""
         return reward if self.by_s is not None else self.horizon_s - reward
 
+    def as_text(self, value: float) -> str:
+        """Return a figure of the objective for people."""
+        return f"{value:,.0f} s" if self.by_s is None else f"{value:.1%} found"
+
     def is_better(self, one: float, other: float) -> bool:
         """Tell whether one figure of the objective is better than another."""
         return one < other if self.by_s is None else one > other

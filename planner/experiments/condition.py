@@ -4,7 +4,7 @@ import datetime
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,14 +19,14 @@ ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds o
 
 @dataclass(frozen=True)
 class Condition:
-    """What one plan is made and judged under; equal conditions give equal results."""
+    """What one plan is made and evaluated under; equal conditions give equal results."""
 
     scenario: str  # as the experiment file names it
     preset: str | None
     overrides: tuple[str, ...]  # such as uav.start.distance_m=120000, the seed not among them
     method: str
     seed: int  # of all random draws
-    targets: int = FRESH_TARGETS  # fresh ones on which the plan is judged
+    targets: int = FRESH_TARGETS  # fresh ones on which the plan is evaluated
     sets: tuple[TargetSet, ...] = ()  # of enumerated targets that it meets as well
     study: str = ""  # what is done in place of making a plan
     # Where the scenario lies here; elsewhere it is still the same condition.
@@ -49,9 +49,10 @@ class Condition:
         """All overrides, the seed's among them."""
         return (*self.overrides, f"search.seed={self.seed}")
 
-    def opened(self) -> OpenScenario:
-        """Return the scenario of the condition, open."""
-        return open_scenario(self.place, preset=self.preset, overrides=self.settings)
+    def opened(self, more: Sequence[str] = ()) -> OpenScenario:
+        """Return the scenario of the condition, open, with more overrides applied after its own."""
+        overrides = (*self.settings, *more)
+        return open_scenario(self.place, preset=self.preset, overrides=overrides)
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""

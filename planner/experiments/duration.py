@@ -1,4 +1,4 @@
-"""How long an experiment will take: from its own times where there are some, else from its size."""
+"""How long an experiment will take, from the times of finished conditions or else from its size."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,24 +15,24 @@ from planner.scenario.draft import read_scenario
 from planner.scenario.sections import Scenario
 from planner.search.methods import method_named
 
-# Measured on one core of an ordinary server; another machine may take twice or half as long.
+# Measured on one core of an ordinary server; another machine may take twice or half as long. The
+# first is a figure of the 5 x 5 grid: elsewhere only the times of finished conditions are good.
 VEHICLE_S = 1.5e-3  # for SUMO to drive one target of the grid up to the horizon
-LEG_S = 8e-6  # for a search to fly one leg in thought
-CONDITION_S = 0.3  # to read the futures, judge the plan and keep what came of it
-UNSIZED = ("exact", "orienteering")  # their work does not follow from what the scenario says
+LEG_S = 8e-6  # for a search to fly one simulated leg
+CONDITION_S = 0.3  # to read the futures, evaluate the plan and store the outcome
 
 
 @dataclass(frozen=True)
 class Duration:
-    """What is to be expected of the wall-clock time of conditions."""
+    """How much wall-clock time conditions are expected to take."""
 
     time_s: float  # of those that it speaks for, with one process
     timed: int  # conditions whose time is that of finished ones like them
     sized: int  # conditions whose time comes from their size
     unknown: tuple[str, ...]  # methods and studies of which nothing is known
 
-    def told(self, workers: int) -> str:
-        """As a sentence."""
+    def sentence(self, workers: int) -> str:
+        """Return it in words, for a number of processes."""
         if not self.timed and not self.sized:
             if not self.unknown:
                 return "nothing is left to run"
@@ -43,8 +43,8 @@ class Duration:
             f"{self.sized:,} by their size, good to a factor of two" * bool(self.sized),
             f"without {', '.join(self.unknown)}, of which none is done" * bool(self.unknown),
         ]
-        told = "; ".join(filter(None, sources))
-        return f"about {_rounded(self.time_s / workers)} with {processes} ({told})"
+        basis = "; ".join(filter(None, sources))
+        return f"about {_rounded(self.time_s / workers)} with {processes} ({basis})"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values."""
@@ -52,7 +52,7 @@ class Duration:
 
 
 def duration_of(waiting: Sequence[Condition], known: Mapping[str, float]) -> Duration:
-    """Return how long conditions that wait will take, as far as that can be told.
+    """Return how long the waiting conditions will take, as far as that is known.
 
     Targets that the cache has are counted as if SUMO had to drive them.
 
@@ -71,7 +71,7 @@ def duration_of(waiting: Sequence[Condition], known: Mapping[str, float]) -> Dur
             _draw(drawn, condition, scenario)
         if kind in known:
             work_s, timed = work_s + known[kind], timed + 1
-        elif condition.study or condition.method in UNSIZED:
+        elif condition.study or not method_named(condition.method).is_sized:
             unknown[kind] = None
         else:
             planning_s = _planning_s(condition, scenario) if scenario else 0.0
@@ -108,7 +108,7 @@ def _draw(drawn: dict[str, int], condition: Condition, scenario: Scenario) -> No
         drawn[f"{planned} planning"] = search.particles
         if method_named(condition.method).chooses:
             drawn[f"{planned} holdout"] = HOLDOUT_FACTOR * search.particles
-        if condition.method == "greedy" and scenario.greedy.particles == "anew":
+        if method_named(condition.method).takes_options and scenario.greedy.particles == "anew":
             drawn[f"{planned} anew"] = search.depth * search.particles
     drawn[json.dumps([*mine, truth])] = condition.targets
     for one in condition.sets:

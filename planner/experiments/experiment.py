@@ -30,7 +30,7 @@ class Experiment:
     scenario: str  # as the file names it
     place: Path  # of the scenario's file
     preset: str | None
-    factors: Mapping[str, tuple[Any, ...]]  # dotted keys of the scenario, or method
+    factors: Mapping[str, Sequence[Any]]  # dotted keys of the scenario, or method
     seeds: tuple[int, ...]
     targets: int  # fresh ones for each plan
     fixed: tuple[str, ...] = ()  # overrides that hold for all conditions
@@ -85,7 +85,7 @@ class Experiment:
             raise InputError(f"--only {together}: no block has all of these; choose fewer")
         return _together(kept)
 
-    def _levels(self) -> dict[str, tuple[Any, ...]]:
+    def _levels(self) -> dict[str, Sequence[Any]]:
         """Return what --only can choose of a block."""
         named = {BLOCK: (self.block,)} if self.block else {}
         return {**self.factors, SEED: self.seeds, **named}
@@ -102,7 +102,7 @@ class Experiment:
             levels[key] = tuple(level for level in levels.get(key, ()) if level in among)
             if not levels[key]:
                 return None
-        seeds = levels.pop(SEED)
+        seeds = tuple(levels.pop(SEED))
         levels.pop(BLOCK, None)
         return replace(self, factors=levels, seeds=seeds)
 

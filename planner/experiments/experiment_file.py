@@ -1,7 +1,7 @@
-"""An experiment file: read and checked, so that nothing wrong in it is found out late."""
+"""An experiment file, read and checked before anything is run."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -244,7 +244,7 @@ def _scenario_place(path: Path, scenario: str) -> Path:
         raise InputError(f"{path}: scenario: {error}") from error
 
 
-def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, tuple[Any, ...]]:
+def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, Sequence[Any]]:
     if not table and needed:
         remedy = 'write [factors] and below it "dotted.key" = [level, level]'
         raise InputError(f"{path}: factors: is missing; {remedy}")
@@ -276,10 +276,10 @@ def _fault_of(key: str, levels: Any) -> str | None:
 
 
 def _refuse_unknown_keys(experiment: Experiment) -> None:
-    """Tell at once of keys that no condition could be run with.
+    """Raise InputError for keys that no condition could be run with.
 
-    A level out of range is told later, as the reason of the conditions that have it: it may be
-    sound together with others only.
+    A level out of range is reported later, as the reason why its conditions failed: it may be
+    sound in combination with others.
     """
     first = experiment.conditions()[0]
     for within, overrides in [
@@ -289,8 +289,7 @@ def _refuse_unknown_keys(experiment: Experiment) -> None:
         given = (*first.settings, *overrides)
         draft = read_draft(first.place, preset=first.preset, overrides=given)
         for fault in draft.faults:
-            key, _, what = fault.partition(": ")
-            if "is not a known" in what or "is not a dotted key" in what or overrides:
-                raise InputError(f"{experiment.path}: {within}.{key}: {what}")
-            if key.startswith("presets."):
+            if fault.unknown or overrides:
+                raise InputError(f"{experiment.path}: {within}.{fault}")
+            if fault.is_about("presets."):
                 raise InputError(f"{experiment.path}: preset: {fault}")

@@ -1,7 +1,7 @@
 """A frozen set of search problems, each with the best plan known, for methods to be compared on."""
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.bounds.movements import Movements
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition, toml_text
-from planner.files import shipped
+from planner.files import shipped, shipped_names
+from planner.flight.legs import legs_named
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS, problem_of
-from planner.network.road_network import RoadNetwork
 from planner.scenario.source import scenario_path
 from planner.search.plan import plan_of_legs
+from planner.search.stop import WorkDone
 
-HOME, FILE = "grid5x5", "instances.toml"
-AGAINST = "!"  # before the name of a road that is flown against its direction
+FILE = "instances.toml"  # beside one of the shipped scenarios
 KEYS = ("name", "scenario", "seed", "set", "method", "value_s", "low_s", "high_s", "plan")
 
 
@@ -76,9 +78,8 @@ class Instance:
 
 def instances_path() -> Path:
     """Return the file of the instances that come with the package."""
-    folder = shipped(HOME)
-    assert folder is not None
-    return folder / FILE
+    folders = filter(None, map(shipped, shipped_names()))
+    return next(folder / FILE for folder in folders if (folder / FILE).is_file())
 
 
 def read_instances(path: Path) -> list[Instance]:
@@ -133,7 +134,7 @@ def flown_again(instance: Instance, opened: OpenScenario, fresh: Futures) -> Eva
         If the plan names a road that is not there.
     """
     problem = problem_of(opened, fresh)
-    plan = plan_of_legs(problem, "best known", legs_of(opened.network, instance.plan))
+    plan = plan_of_legs(problem, "best known", legs_named(opened.network, instance.plan))
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
 
 
@@ -147,36 +148,13 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
     """
     opened = instance.opened()
     problem = problem_of(opened, futures)
-    legs = legs_of(opened.network, instance.plan)
+    legs = legs_named(opened.network, instance.plan)
     plan = plan_of_legs(problem, "best known", legs)
     try:
-        found = certified(problem, plan, Effort(steps=steps))
+        found = certified(problem, plan, Effort(stop=WorkDone(steps)))
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
-        least_s = np.minimum(earliest(problem), problem.horizon_s)
+        least_s = np.minimum(earliest(Movements(problem)), problem.horizon_s)
         bound_s = float(futures.weight @ least_s)
         return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))
-
-
-def legs_of(network: RoadNetwork, names: Iterable[str]) -> list[int]:
-    """Return the legs with these names.
-
-    Raises
-    ------
-    InputError
-        If one is no road of the network.
-    """
-    index = {name: road for road, name in enumerate(network.road_ids)}
-    legs = []
-    for name in names:
-        road = index.get(name.removeprefix(AGAINST))
-        if road is None:
-            raise InputError(f"{name}: is not a road of {network.path.name}; correct the plan")
-        legs.append(2 * road + name.startswith(AGAINST))
-    return legs
-
-
-def names_of(network: RoadNetwork, legs: Sequence[int]) -> list[str]:
-    """Return the names of legs, as `legs_of` reads them."""
-    return [(AGAINST if leg % 2 else "") + network.road_ids[leg // 2] for leg in legs]

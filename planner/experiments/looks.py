@@ -37,7 +37,7 @@ class Looks:
         return np.asarray(self.share @ capped + (1.0 - self.share.sum()) * horizon_s)
 
     def found_by(self, by_s: Floats, *, strict: bool = False) -> Floats:
-        """Return the probability that each target is seen by a time of its own, (N,).
+        """Return the probability that each target is seen by its own time, (N,).
 
         Parameters
         ----------

@@ -1,8 +1,8 @@
-"""Processes of joblib (loky) that run conditions; one that is killed takes nothing with it.
+"""Processes of joblib (loky) that run conditions; the run survives killed ones.
 
 A killed process breaks its pool, and loky ends the others of it: the pool is made anew, and only
-what was in flight is run again. Of a killed parent loky's processes would hear nothing; these hold
-a pipe from it, which ends as it does.
+what was in flight is run again. loky's processes would outlive a killed parent; these hold a
+pipe from it, which closes with it.
 """
 
 import logging
@@ -36,8 +36,8 @@ def in_processes(
 ) -> Iterator[Done]:
     """Yield conditions as they are done, with what came of them.
 
-    If a process is killed, those in flight are run again, one at a time, so that one which
-    kills its process (by memory, say) is told from those beside it; the others go on after that.
+    If a process is killed, those in flight are run again, one at a time, so that one that
+    kills its process (by memory, say) is found; the others go on after that.
     """
     waiting = list(conditions)
     while waiting:
@@ -90,7 +90,7 @@ def _one_at_a_time(run_one: RunCondition, waiting: list[Condition]) -> Iterator[
 
 
 def retried(outcome: Outcome, times: int) -> Outcome:
-    """Return an outcome that tells how often its process was killed before."""
+    """Return an outcome that records how often its process was killed before."""
     return replace(outcome, timing=outcome.timing | {"retries": times})
 
 
@@ -132,7 +132,7 @@ def _start_tracker() -> None:
 
 
 def _begin(held: Connection) -> None:
-    """Let the program alone hear Ctrl-C, and end with it, however it ends."""
+    """Leave Ctrl-C to the program alone, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("planner").addHandler(logging.NullHandler())
     threading.Thread(target=_end_with_parent, args=(held,), daemon=True).start()

@@ -1,4 +1,4 @@
-"""Experiments run: what is not finished yet, in processes, then the table of all."""
+"""Runs what is not finished of experiments, in processes, and writes their tables."""
 
 import contextlib
 import json
@@ -18,12 +18,12 @@ from planner.experiments.target_sets import targets_of
 from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, needs_holdout
+from planner.progress import Progress
 from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
 Backend = Callable[[RunCondition, Sequence[Condition], int], Iterator[Done]]
-Told = Callable[[int, int, str], None]  # done, in all, what is being done
 Key = tuple[str, Path]  # a condition's id, and the scenario file that it is of
 
 
@@ -40,7 +40,7 @@ def run(
     experiments: Mapping[Path, Sequence[Condition]],
     *,
     workers: int | None = None,
-    told: Told | None = None,
+    progress: Progress | None = None,
     run_one: RunCondition = run_condition,
     backend: Backend = in_processes,
 ) -> dict[Path, Results]:
@@ -56,8 +56,8 @@ def run(
         Conditions by the folder of the results, and of what is kept of each as it is done.
     workers
         Processes; one per core if not given.
-    told
-        Hears how far the work has come.
+    progress
+        Called with the conditions finished so far and their number.
     run_one
         What runs a condition; it can be pickled.
     backend
@@ -80,14 +80,14 @@ def run(
     waiting: dict[Key, Condition] = {}
     for turn in zip_longest(*(one.waiting.items() for one in begun.values())):
         waiting |= [item for item in turn if item]
-    _record_shared([*waiting.values()], workers, told)
+    _record_shared([*waiting.values()], workers, progress)
     results = {out: one.written() for out, one in begun.items() if not one.waiting}
     for done, (condition, outcome) in enumerate(backend(run_one, [*waiting.values()], workers), 1):
         for out, one in begun.items():
             if one.takes(condition, outcome) and not one.waiting:
                 results[out] = one.written()
-        if told:
-            told(done, len(waiting), "")
+        if progress:
+            progress(done, len(waiting))
     return {out: results[out] for out in experiments}
 
 
@@ -99,10 +99,10 @@ def _key(condition: Condition) -> Key:
 class _RunningExperiment:
     """An experiment some of whose conditions may wait to be run."""
 
-    def __init__(self, kept: ResultStore, conditions: Sequence[Condition]) -> None:
-        kept.clean()
-        self.kept, self.conditions = kept, conditions
-        self.figures = {one.id: kept.figures(one) for one in conditions}
+    def __init__(self, store: ResultStore, conditions: Sequence[Condition]) -> None:
+        store.clean()
+        self.store, self.conditions = store, conditions
+        self.figures = {one.id: store.figures(one) for one in conditions}
         self.waiting = {_key(one): one for one in conditions if self.figures[one.id] is None}
         self.run = len(self.waiting)
 
@@ -111,23 +111,23 @@ class _RunningExperiment:
         mine = self.waiting.pop(_key(condition), None)
         if mine is None:
             return False
-        self.kept.keep(mine, outcome)
+        self.store.keep(mine, outcome)
         self.figures[mine.id] = outcome.figures
         return True
 
     def written(self) -> Results:
         """Write the table of all conditions."""
         rows = [row for one in self.conditions for row in rows_of(one, self.figures[one.id] or {})]
-        write_results(self.kept.folder, rows, self.conditions[0].metrics)
-        times = [self.kept.timing(one) for one in self.conditions]
-        write_timings(self.kept.folder, [one.id for one in self.conditions], times)
+        write_results(self.store.folder, rows, self.conditions[0].metrics)
+        times = [self.store.timing(one) for one in self.conditions]
+        write_timings(self.store.folder, [one.id for one in self.conditions], times)
         return Results(tuple(rows), self.run, self.figures)
 
 
-def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None) -> None:
+def _record_shared(waiting: Sequence[Condition], workers: int, progress: Progress | None) -> None:
     """Record what conditions share before any of them is run; the cache keeps it.
 
-    What cannot be recorded is left to the conditions themselves, which tell why.
+    What cannot be recorded is left to the conditions themselves, which report why.
     """
     recorded: set[str] = set()
     for condition in waiting:
@@ -135,30 +135,30 @@ def _record_shared(waiting: Sequence[Condition], workers: int, told: Told | None
             if condition.study:
                 continue
             opened, method = condition.opened(), method_named(condition.method)
-            judged = needs_holdout(method, opened)
-            key = _shared(opened, condition, judged=judged)
+            holdout = needs_holdout(method, opened)
+            key = _shared(opened, condition, holdout=holdout)
             if key in recorded:
                 continue
             recorded.add(key)
-            if told:
-                told(0, len(waiting), f"recording {len(recorded)}")
-            _record(Recorder(opened, workers), condition, judged=judged)
+            if progress:
+                progress(0, len(waiting), f"recording {len(recorded)}")
+            _record(Recorder(opened, workers), condition, holdout=holdout)
 
 
-def _record(recorder: Recorder, condition: Condition, *, judged: bool) -> None:
+def _record(recorder: Recorder, condition: Condition, *, holdout: bool) -> None:
     recorder.planning()
     if condition.targets:
         recorder.evaluation(condition.targets)
-    if judged:
+    if holdout:
         recorder.holdout()
     for one in condition.sets:
         targets_of(one, condition, workers=recorder.workers or 1)
 
 
-def _shared(opened: OpenScenario, condition: Condition, *, judged: bool) -> str:
+def _shared(opened: OpenScenario, condition: Condition, *, holdout: bool) -> str:
     """Return what decides which targets are drawn, as text."""
     scenario = opened.scenario.as_dict()
     search = {key: scenario["search"].get(key) for key in DRAWN_BY}
     sets = [one.as_dict() for one in condition.sets]
-    drawn = [scenario["target"], scenario["truth"], search, condition.targets, judged, sets]
+    drawn = [scenario["target"], scenario["truth"], search, condition.targets, holdout, sets]
     return json.dumps([opened.network.sha256, *drawn], sort_keys=True)

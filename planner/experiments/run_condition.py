@@ -1,4 +1,4 @@
-"""One condition run: open, record, plan, judge; what comes of it as plain data."""
+"""Runs one condition: opens, records, plans and evaluates; the outcome is plain data."""
 
 import logging
 import platform
@@ -27,7 +27,7 @@ RUN_WITH = ("planner", "sumo", "numpy", "numba")  # with each condition; the tab
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a condition."""
+    """The outcome of a condition."""
 
     figures: dict[str, Any]  # the same on every run
     timing: dict[str, Any]  # wall-clock times and the like, which are not
@@ -35,7 +35,7 @@ class Outcome:
 
 
 def run_condition(condition: Condition, studies: Studies = NO_STUDIES) -> Outcome:
-    """Return what comes of a condition; a failure is an outcome too.
+    """Return the outcome of a condition; a failure is an outcome too.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
         **(_fresh(trial) if condition.targets else {}),
         "planned_s": trial.planned.expected_detection_time_s,
         "roads": trial.roads,
-        "work": trial.work,
+        "work": trial.result.work,
     }
     if condition.sets:
         problem = problem_of(opened, futures, method=method)
@@ -113,7 +113,7 @@ def _fresh(trial: Trial) -> dict[str, Any]:
 def reason_of(error: PlannerError) -> str:
     """Return what is wrong in one line that names no path of this machine."""
     if isinstance(error, ScenarioError):
-        return "; ".join(error.faults)
+        return "; ".join(map(str, error.faults))
     if isinstance(error, NotApplicableError):
         return f"not applicable: {error}"
     return " ".join(str(error).split())

@@ -1,4 +1,4 @@
-"""Plans meet sets of true targets: the targets from SUMO, and what a plan achieves on them."""
+"""What plans achieve on sets of true targets, which SUMO drives."""
 
 import json
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.particles import Particles
-from planner.belief.sampling import sample
+from planner.belief.recipe import Drawn
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.looks import looked
@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import recorded
 from planner.futures.truncate import parked
-from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.opening import OpenScenario
 from planner.search.problem import Problem
 from planner.streams import stream
 
@@ -34,7 +34,7 @@ class RecordedTargets:
     route: tuple[str, ...]  # (N,)
 
 
-_met: dict[str, RecordedTargets] = {}
+_at_hand: dict[str, RecordedTargets] = {}
 
 
 def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1) -> RecordedTargets:
@@ -45,15 +45,18 @@ def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1)
     InputError
         If the set has a route that no target takes.
     """
-    opened = opened_with(target_set, condition)
+    return _targets(target_set, condition.opened(target_set.truth), workers)
+
+
+def _targets(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
     truth = opened.scenario.truth.model_dump(mode="json")
     made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
     key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
-    if key not in _met:
-        while len(_met) >= AT_HAND:
-            _met.pop(next(iter(_met)))
-        _met[key] = _all_routes(target_set, opened, workers)
-    return _on_route(target_set, _met[key]) if target_set.route else _met[key]
+    if key not in _at_hand:
+        while len(_at_hand) >= AT_HAND:
+            _at_hand.pop(next(iter(_at_hand)))
+        _at_hand[key] = _all_routes(target_set, opened, workers)
+    return _on_route(target_set, _at_hand[key]) if target_set.route else _at_hand[key]
 
 
 def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
@@ -64,10 +67,11 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
     PlannerError
         If the scenario is at fault.
     """
-    return _enumerated(target_set, opened_with(target_set, condition))
+    opened = condition.opened(target_set.truth)
+    return _recipe(target_set, opened).particles(opened.network)
 
 
-def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
+def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
     prior = opened.truth_prior
     prior = replace(
         prior,
@@ -75,56 +79,51 @@ def _enumerated(target_set: TargetSet, opened: OpenScenario) -> Particles:
         distance_m=prior.distance_m and _at_points(prior.distance_m, target_set.points),
     )
     horizon_s = opened.scenario.search.horizon_s
-    rng = stream(0, "target set")  # of the seeds of SUMO's driver alone
-    return sample(prior, opened.network, 0, rng, sampling="all", horizon_s=horizon_s)
+    # The stream gives the seeds of SUMO's driver alone.
+    return Drawn(prior, 0, horizon_s, 0, ("target set",), "all")
 
 
 def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
-    particles = _enumerated(target_set, opened)
-    horizon_s = opened.scenario.search.horizon_s
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
-    recording = recorded(
-        opened.network, particles, horizon_s=horizon_s, scenario=described, workers=workers
-    )
+    recipe = _recipe(target_set, opened)
+    recording = recorded(opened.network, recipe, scenario=described, workers=workers)
     futures = recording.futures
     if target_set.parks:
         futures = parked(futures, stream(0, "parks"))
     return RecordedTargets(futures, recording.route)
 
 
-def opened_with(target_set: TargetSet, condition: Condition) -> OpenScenario:
-    """Return a condition's scenario with the truth of a set."""
-    overrides = (*condition.settings, *target_set.truth)
-    return open_scenario(condition.place, preset=condition.preset, overrides=overrides)
-
-
 def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, dict[str, Any]]:
     """Return what a plan achieves on a condition's sets of targets, by the name of the set."""
-    return {one.name: _figures(one, condition, problem, plan) for one in condition.sets}
+    # Many sets differ in their routes alone: the scenario is opened once for each truth.
+    opened = {truth: condition.opened(truth) for truth in {one.truth for one in condition.sets}}
+    return {
+        one.name: _figures(one, _targets(one, opened[one.truth], 1), problem, plan)
+        for one in condition.sets
+    }
 
 
 def _figures(
-    target_set: TargetSet, condition: Condition, problem: Problem, plan: Plan
+    target_set: TargetSet, targets: RecordedTargets, problem: Problem, plan: Plan
 ) -> dict[str, Any]:
-    met = targets_of(target_set, condition)
-    seen = looked(met.futures, plan.tracks, problem.sensor, target_set.detects)
-    weight, horizon_s = met.futures.weight, problem.horizon_s
+    seen = looked(targets.futures, plan.tracks, problem.sensor, target_set.detects)
+    weight, horizon_s = targets.futures.weight, problem.horizon_s
     time_s = seen.time_s(horizon_s)
     absent = max(0.0, 1.0 - float(weight.sum()))
     found = seen.found_by(np.full(len(weight), horizon_s))
-    goal_s = np.minimum(met.futures.end_s, np.nextafter(horizon_s, np.inf))
+    goal_s = np.minimum(targets.futures.end_s, np.nextafter(horizon_s, np.inf))
     before = seen.found_by(goal_s, strict=True)
     figures: dict[str, Any] = {
         "expected_detection_time_s": float(weight @ time_s) + absent * horizon_s,
         "detection_probability": min(1.0, float(weight @ found)),
         "found_before_goal_probability": min(1.0, float(weight @ before)),
-        "goal_s": [float(met.futures.end_s.min()), float(met.futures.end_s.max())],
+        "goal_s": [float(targets.futures.end_s.min()), float(targets.futures.end_s.max())],
     }
     if problem.objective.by_s is not None:
         by = seen.found_by(np.full(len(weight), problem.objective.by_s))
         figures["found_by_probability"] = min(1.0, float(weight @ by))
     if target_set.by_route:
-        figures["routes"] = _by_route(met.route, weight, time_s)
+        figures["routes"] = _by_route(targets.route, weight, time_s)
     return figures
 
 
@@ -144,10 +143,10 @@ def _at_points(values: Distribution, points: int) -> Distribution:
     return Listed(values.quantile(middles), np.full(points, 1 / points))
 
 
-def _on_route(target_set: TargetSet, met: RecordedTargets) -> RecordedTargets:
-    chosen = np.array([route == target_set.route for route in met.route])
+def _on_route(target_set: TargetSet, targets: RecordedTargets) -> RecordedTargets:
+    chosen = np.array([route == target_set.route for route in targets.route])
     if not chosen.any():
         raise InputError(f"sets.{target_set.name}.route: no target takes it; name all its edges")
-    futures = met.futures.take(chosen)
+    futures = targets.futures.take(chosen)
     weight = futures.weight / futures.weight.sum()
     return RecordedTargets(replace(futures, weight=weight), (target_set.route,) * len(weight))

@@ -1,12 +1,16 @@
 """The legs that a UAV can fly on a network: each road in both directions."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
+
+AGAINST = "!"  # before the name of a road that is flown against its direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +106,35 @@ class Legs:
         offset = self.node_xy_m - (x_m, y_m)
         seconds = np.hypot(offset[:, 0], offset[:, 1]) / self.speed_mps
         return np.asarray(seconds[self.from_node])
+
+
+def leg_ends(network: RoadNetwork, leg: int) -> tuple[str, str]:
+    """Return the names of the nodes at which a leg begins and ends."""
+    road = Legs.road(leg)
+    ends = network.node_ids[network.road_from[road]], network.node_ids[network.road_to[road]]
+    return (ends[1], ends[0]) if Legs.is_against(leg) else ends
+
+
+def leg_names(network: RoadNetwork, legs: Iterable[int]) -> list[str]:
+    """Return the names of legs, as `legs_named` reads them."""
+    return [AGAINST * Legs.is_against(leg) + network.road_ids[Legs.road(leg)] for leg in legs]
+
+
+def legs_named(network: RoadNetwork, names: Iterable[str]) -> list[int]:
+    """Return the legs with these names: those of roads, after a ``!`` where flown against.
+
+    Raises
+    ------
+    InputError
+        If one is no road of the network.
+    """
+    legs: list[int] = []
+    for name in names:
+        road = network.road_index.get(name.removeprefix(AGAINST))
+        if road is None:
+            raise InputError(f"{name}: is not a road of {network.path.name}; correct the plan")
+        legs.append(Legs.both(road)[name.startswith(AGAINST)])
+    return legs
 
 
 def _home_s(node_xy_m: Floats, uav: Uav) -> Floats:

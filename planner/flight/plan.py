@@ -36,6 +36,26 @@ class Plan:
     tracks: tuple[Track, ...]
     legs: tuple[tuple[FlownLeg, ...], ...]
 
+    @property
+    def follows_roads(self) -> bool:
+        """Whether it names roads to fly, in order."""
+        return any(self.legs)
+
+    @property
+    def roads(self) -> int:
+        """How many roads are flown, each as often as it is."""
+        return sum(map(len, self.legs))
+
+    @property
+    def take_off_s(self) -> float:
+        """When the first UAV takes off, seconds on the target's clock."""
+        return min(float(track.time_s[0]) for track in self.tracks)
+
+    @property
+    def end_s(self) -> float:
+        """When the last flight ends, seconds on the target's clock."""
+        return max(track.end_s for track in self.tracks)
+
 
 def legs_flown(
     uav: Uav, legs: Legs, order: Sequence[int], *, method: str, in_transit: bool

@@ -12,6 +12,7 @@ from planner.arrays import Floats, Ints, freeze
 from planner.errors import InputError
 from planner.futures.futures import NO_EDGE
 from planner.network.road_network import RoadNetwork
+from planner.parquet import indices
 
 REMEDY = "write it with `sumo --fcd-output FILE.parquet` (or .xml)"
 
@@ -84,24 +85,42 @@ def _parquet_columns(path: Path) -> dict[str, Any]:
         table = pyarrow.parquet.ParquetFile(path, read_dictionary=text).read()
         # Steps without vehicles are rows of nulls.
         table = table.filter(pyarrow.compute.is_valid(table["vehicle_id"]))
-        numbers = {"time": "timestep_time", "x": "vehicle_x", "y": "vehicle_y"}
-        columns = {name: table[column].to_numpy().astype(float) for name, column in numbers.items()}
-        columns["id"] = _dictionary(table["vehicle_id"])
+        columns: dict[str, Any] = {
+            "time": _numbers(table["timestep_time"]),
+            "x": _numbers(table["vehicle_x"]),
+            "y": _numbers(table["vehicle_y"]),
+            "id": _texts(table["vehicle_id"]),
+        }
+        for name in ("speed", "pos"):
+            known = f"vehicle_{name}" in table.column_names
+            unknown = np.full(len(table), np.nan)
+            columns[name] = _numbers(table[f"vehicle_{name}"]) if known else unknown
+        known = "vehicle_lane" in table.column_names
+        columns["lane"] = _texts(table["vehicle_lane"]) if known else np.full(len(table), "")
     except (pyarrow.ArrowException, OSError, KeyError, ValueError, TypeError) as error:
         raise InputError(f"{path}: is no floating car data ({error}); {REMEDY}") from error
-    for name in ("speed", "pos"):
-        known = f"vehicle_{name}" in table.column_names
-        unknown = np.full(len(table), np.nan)
-        columns[name] = table[f"vehicle_{name}"].to_numpy() if known else unknown
-    known = "vehicle_lane" in table.column_names
-    columns["lane"] = _dictionary(table["vehicle_lane"]) if known else np.full(len(table), "")
     return columns
 
 
-def _dictionary(column: Any) -> npt.NDArray[Any]:
+def _numbers(column: Any) -> Floats:
+    """Return a column as numbers, NaN where it is null.
+
+    pyarrow's own way to NumPy would load pandas, half a second in every process that runs SUMO.
+    """
+    import pyarrow
+    import pyarrow.compute
+
+    floats = column.cast(pyarrow.float64())
+    if floats.null_count:
+        floats = pyarrow.compute.fill_null(floats, np.nan)
+    return np.asarray(np.from_dlpack(floats.combine_chunks()))
+
+
+def _texts(column: Any) -> npt.NDArray[Any]:
+    """Return a column of texts, "" where it is null."""
     encoded = column.combine_chunks()
-    values = np.array(encoded.dictionary.to_pylist(), dtype=object)
-    return np.asarray(values[encoded.indices.to_numpy(zero_copy_only=False)])
+    values = np.array([*encoded.dictionary.to_pylist(), ""], dtype=object)
+    return np.asarray(values[indices(encoded)])
 
 
 def _xml_columns(path: Path) -> dict[str, Any]:

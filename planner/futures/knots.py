@@ -1,4 +1,4 @@
-"""Sampled motion -> the few knots between which it is straight and even."""
+"""From sampled motion to the few knots between which it is straight and at constant speed."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -78,7 +78,7 @@ class Knots:
         return rows[one_each], rows[most_m <= tolerance_m]
 
 
-class Routes:
+class DrivenRoutes:
     """The edges each vehicle drives, one flat column, with the pace on each."""
 
     def __init__(self, edges: Sequence[Ints], speeds_mps: Sequence[Floats] | None) -> None:
@@ -98,8 +98,8 @@ class Routes:
         return np.concatenate([np.cumsum(cost[first:after]) for first, after in stretches])
 
     @classmethod
-    def shown(cls, samples: Samples) -> "Routes":
-        """Return the routes that samples show, for files that do not tell them."""
+    def shown(cls, samples: Samples) -> "DrivenRoutes":
+        """Return the routes that samples show, for files that do not hold them."""
         change = np.diff(samples.vehicle, prepend=-1) != 0
         change |= np.diff(samples.edge, prepend=NO_EDGE - 1) != 0
         starts = np.flatnonzero(change)
@@ -111,7 +111,7 @@ def futures_of_samples(
     samples: Samples,
     network: RoadNetwork,
     *,
-    routes: Routes | None = None,
+    routes: DrivenRoutes | None = None,
     ended: tuple[float, float] = (-np.inf, np.inf),
 ) -> Futures:
     """Return the futures that samples show, thinned to knots, one particle per vehicle.
@@ -133,7 +133,7 @@ def futures_of_samples(
         samples.vehicle, samples.time_s, np.stack([samples.x_m, samples.y_m], 1), samples.edge
     )
     parts = [on]
-    followed = routes or Routes.shown(samples)
+    followed = routes or DrivenRoutes.shown(samples)
     place = _route_places(samples, followed)
     parts.append(_crossings(samples, network, followed, place))
     if routes is not None:
@@ -151,7 +151,7 @@ def futures_of_samples(
     )
 
 
-def _route_places(samples: Samples, routes: Routes) -> Offsets:
+def _route_places(samples: Samples, routes: DrivenRoutes) -> Offsets:
     """Place of each sample in the flat routes, (S,): the next visit of its edge."""
     starts = np.diff(samples.vehicle, prepend=-1) != 0
     starts |= np.diff(samples.edge, prepend=NO_EDGE - 1) != 0
@@ -167,11 +167,13 @@ def _route_places(samples: Samples, routes: Routes) -> Offsets:
     return np.repeat(place, np.diff(np.append(rows, len(samples.vehicle))))
 
 
-def _crossings(samples: Samples, network: RoadNetwork, routes: Routes, place: Offsets) -> Knots:
+def _crossings(
+    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets
+) -> Knots:
     """Knots at the ends of all edges that are left between two samples of a vehicle."""
-    told = (samples.edge != NO_EDGE) & ~np.isnan(samples.along_m) & ~np.isnan(samples.speed_mps)
+    known = (samples.edge != NO_EDGE) & ~np.isnan(samples.along_m) & ~np.isnan(samples.speed_mps)
     onward = (np.diff(samples.vehicle) == 0) & (np.diff(place) > 0)
-    rows = np.flatnonzero(onward & told[:-1] & told[1:])
+    rows = np.flatnonzero(onward & known[:-1] & known[1:])
     crossed = place[rows + 1] - place[rows]
     speed_mps, latest_s = samples.speed_mps[rows + 1], samples.time_s[rows + 1]
     return _ends_of_edges(samples, network, routes, place, (rows, crossed, speed_mps, latest_s))
@@ -180,7 +182,7 @@ def _crossings(samples: Samples, network: RoadNetwork, routes: Routes, place: Of
 def _arrivals(
     samples: Samples,
     network: RoadNetwork,
-    routes: Routes,
+    routes: DrivenRoutes,
     place: Offsets,
     ended: tuple[float, float],
 ) -> Knots:
@@ -196,13 +198,13 @@ def _arrivals(
 def _ends_of_edges(
     samples: Samples,
     network: RoadNetwork,
-    routes: Routes,
+    routes: DrivenRoutes,
     place: Offsets,
     left: tuple[Offsets, Offsets, Floats, Floats],
 ) -> Knots:
     """Knots at the ends of the next edges after given samples.
 
-    ``left`` tells the samples' rows, how many edges each leaves, its speed if the routes tell
+    ``left`` holds the samples' rows, how many edges each leaves, its speed if the routes have
     none, and the latest possible time.
     """
     rows, count, speed_mps, latest_s = left

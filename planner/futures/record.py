@@ -1,7 +1,7 @@
-"""Particles are driven through SUMO and become futures."""
+"""Drives particles through SUMO and records their futures."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -10,10 +10,11 @@ import numpy as np
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.futures.futures import Futures
-from planner.futures.knots import Routes, futures_of_samples
+from planner.futures.knots import DrivenRoutes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
 from planner.futures.workers import in_processes
 from planner.network.road_network import RoadNetwork
+from planner.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -22,8 +23,6 @@ log = logging.getLogger(__name__)
 SHARED = 100  # particles in one run, where they can be kept from noticing each other
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
-
-Progress = Callable[[int, int], None]  # particles recorded, particles in all
 
 
 def record(
@@ -61,7 +60,7 @@ def record(
 
 
 def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
-    """Return batches of futures as one, with the particles' weights and ends."""
+    """Return batches of futures as one, with the particles' weights, ends and targets."""
     counts = np.concatenate([np.diff(part.first_knot) for part in parts])
     return Futures(
         time_s=np.concatenate([part.time_s for part in parts]),
@@ -71,6 +70,7 @@ def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
         first_knot=np.concatenate(([0], np.cumsum(counts))),
         weight=particles.weight,
         gone=particles.gone,
+        target=particles.target,
     )
 
 
@@ -89,7 +89,7 @@ def record_batch(
     samples = simulate(network, run)
     numbers = [batch[int(name)] for name in samples.names]
     constant = particles.driving == "constant"
-    routes = Routes(
+    routes = DrivenRoutes(
         [particles.route(k) for k in numbers],
         [particles.speeds(k) for k in numbers] if constant else None,
     )

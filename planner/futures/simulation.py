@@ -1,6 +1,6 @@
 """SUMO drives particles; the only user of libsumo.
 
-Particles must never meet. In a batch they share one run only where SUMO can be told to ignore
+Particles must never meet. In a batch they share one run only where SUMO can be made to ignore
 all others: at constant speed on nets of one lane. Elsewhere a batch is a single particle.
 """
 
@@ -147,9 +147,9 @@ def _stderr_into(path: Path) -> Iterator[None]:
         os.close(stderr)
 
 
-def _reason(told: str, errors: Path) -> str:
-    if told and "Process Error" not in told:
-        return told
+def _reason(message: str, errors: Path) -> str:
+    if message and "Process Error" not in message:
+        return message
     said = errors.read_text(encoding="utf-8", errors="replace").splitlines()
     lines = [line.removeprefix("Error:").strip() for line in said if "Warning:" not in line]
     lines = [line for line in lines if line]
@@ -182,7 +182,7 @@ def _take_the_wheel(libsumo: Any, vehicle: Vehicle, *, free: bool) -> None:
 
 
 def _run_on(libsumo: Any, run: Run) -> None:
-    """Step to the end in slices of wall time, as libsumo hears no Ctrl-C while it steps."""
+    """Step to the end in slices of wall time, as libsumo ignores Ctrl-C while it steps."""
     steps = 1
     while libsumo.simulation.getTime() <= run.end_s and _someone_drives(libsumo):
         begun = time.perf_counter()

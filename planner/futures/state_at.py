@@ -52,14 +52,11 @@ class RoadState:
 
 def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
     """Return the state of all particles at a time, seconds on the target's clock."""
-    begun = np.array(
-        [len(futures.time_s) > k and futures.time_s[k] <= time_s for k in futures.first_knot[:-1]]
-    )
-    begun &= np.diff(futures.first_knot) > 0
-    there = np.flatnonzero(begun & ~(futures.gone & (futures.end_s < time_s)))
-    knot = np.array([_knot(futures, k, time_s) for k in there.tolist()], dtype=np.int64)
-    xy_m = np.array([futures.xy(k, time_s) for k in there.tolist()]).reshape(-1, 2)
-    edge = futures.edge[knot]
+    everyone_m = futures.positions(time_s)
+    there = np.flatnonzero(~np.isnan(everyone_m[:, 0]))
+    passed = np.bincount(futures.particle[futures.time_s <= time_s], minlength=len(futures))
+    knot = (futures.first_knot[:-1] + passed - 1)[there]
+    xy_m, edge = everyone_m[there], futures.edge[knot]
     return State(
         time_s=time_s,
         particle=there,
@@ -87,11 +84,6 @@ def by_road(state: State, network: RoadNetwork) -> list[RoadState]:
             )
         )
     return sorted(rows, key=lambda row: -row.probability)
-
-
-def _knot(futures: Futures, particle: int, time_s: float) -> int:
-    first, after = futures.first_knot[particle], futures.first_knot[particle + 1]
-    return int(first + np.searchsorted(futures.time_s[first:after], time_s, side="right") - 1)
 
 
 def _speeds(futures: Futures, particle: Ints, knot: Ints, time_s: float) -> Floats:

@@ -3,23 +3,28 @@
 import hashlib
 import json
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from planner.arrays import Ints
 from planner.belief.particles import Particles
+from planner.belief.recipe import Recipe
 from planner.errors import InputError
 from planner.files import cache_folder, results_written_whole
 from planner.futures.fcd import read_samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
-from planner.futures.record import Progress, record
+from planner.futures.record import record
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
+from planner.progress import Progress
+from planner.provenance import version_of
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +32,10 @@ SCHEMA = "planner.futures/1"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, PARTICLES = "futures.parquet", "particles.parquet"
 TOTAL = 1e-9  # by how much weights may exceed one in all
+MOST_TARGETS = 2**31 - 1
+PACKAGE = Path(__file__).parents[1]
+MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
+DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,30 +50,32 @@ class Recording:
 
 def recorded(
     network: RoadNetwork,
-    particles: Particles,
+    recipe: Recipe,
     *,
-    horizon_s: float,
     scenario: Mapping[str, Any],
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Recording:
-    """Return the futures of particles from the cache; SUMO drives them the first time only.
+    """Return the futures of particles from the cache; they are drawn and driven once only.
 
     Parameters
     ----------
     scenario
-        What the particles were drawn from; written into the files.
-    horizon_s, workers, progress
+        What the particles are drawn from, in the scenario's words; written into the files.
+    workers, progress
         As ``record`` takes them.
     """
     described = describe(network, scenario)
-    folder = cache_folder("futures") / _key(particles, horizon_s, described)
+    folder = cache_folder("futures") / _key(recipe, described)
     if (folder / PARTICLES).is_file():
         try:
             return read_recording(folder / KNOTS, network)
         except InputError as error:
             log.info("the cache was damaged (%s)", error)
-    futures = record(network, particles, horizon_s=horizon_s, workers=workers, progress=progress)
+    particles = recipe.particles(network)
+    futures = record(
+        network, particles, horizon_s=recipe.horizon_s, workers=workers, progress=progress
+    )
     with results_written_whole(folder, force=True) as new:
         write_recording(new, futures, particles, network, described)
     return read_recording(folder / KNOTS, network)
@@ -81,15 +92,47 @@ def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str
     }
 
 
-def _key(particles: Particles, horizon_s: float, described: Mapping[str, str]) -> str:
-    recipe = (sorted(described.items()), horizon_s, particles.driving)
-    digest = hashlib.sha256(repr(recipe).encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):  # what made a recording
-        digest.update(source.read_bytes())
-    for values in vars(particles).values():
-        if isinstance(values, np.ndarray):
-            digest.update(values.tobytes())
+def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
+    """Return the name of a recording: a digest of everything that decides its content."""
+    digest = hashlib.sha256(repr((sorted(described.items()), made_by(PACKAGE))).encode())
+    for part in _parts(recipe):
+        digest.update(part)
     return digest.hexdigest()[:32]
+
+
+@cache
+def made_by(package: Path) -> tuple[str, ...]:
+    """Return what identifies the program that draws and records: its source and its libraries."""
+    folders = [sorted((package / name).glob("*.py")) for name in MADE_BY]
+    sources = [*(file for files in folders for file in files), package / "streams.py"]
+    digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources))
+    return digest.hexdigest(), *(f"{name} {version_of(name)}" for name in DRAWN_WITH)
+
+
+def _parts(value: Any) -> Iterator[bytes]:
+    """Yield bytes that differ wherever two recipes do, field by field.
+
+    Raises
+    ------
+    TypeError
+        If a field holds anything else: two such recipes could not be distinguished.
+    """
+    if isinstance(value, np.ndarray):
+        yield repr((value.dtype.str, value.shape)).encode()
+        yield value.tobytes()
+    elif is_dataclass(value):
+        yield type(value).__qualname__.encode()
+        for field in fields(value):
+            yield field.name.encode()
+            yield from _parts(getattr(value, field.name))
+    elif isinstance(value, tuple | list):
+        yield f"{len(value)} items".encode()
+        for item in value:
+            yield from _parts(item)
+    elif value is None or isinstance(value, str | int | float | np.generic):
+        yield repr(value).encode()
+    else:
+        raise TypeError(f"{value!r} has no place in a recipe")
 
 
 def write_recording(
@@ -111,7 +154,7 @@ def write_recording(
     table = {
         "particle": count,
         "weight": particles.weight,
-        "target": np.zeros_like(count),
+        "target": particles.target,
         "at_end": ["gone" if gone else "stays" for gone in particles.gone],
         "depart_s": particles.depart_s,
         "speed_mps": particles.speed_mps[particles.first_edge[:-1]],
@@ -127,8 +170,9 @@ def write_recording(
 def read_recording(path: Path, network: RoadNetwork) -> Recording:
     """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML or Parquet.
 
-    ``particles.parquet`` beside a ``futures.parquet`` tells weights and ends; without it weights
-    are equal and all particles stay where they end. In FCD each vehicle is a particle.
+    ``particles.parquet`` beside a ``futures.parquet`` holds weights, targets and ends; without it
+    weights are equal, there is one target, and all particles stay where they end. In FCD each
+    vehicle is a particle.
 
     Raises
     ------
@@ -206,4 +250,13 @@ def _with_particles(path: Path, futures: Futures, particles: Any) -> Futures:
     at_end = np.array(column(path, particles, "at_end").to_pylist())
     if not np.isin(at_end, ("stays", "gone")).all():
         raise InputError(f"{path}: column 'at_end' must hold 'stays' or 'gone'")
-    return replace(futures, weight=weight, gone=at_end == "gone")
+    return replace(futures, weight=weight, gone=at_end == "gone", target=_targets(path, particles))
+
+
+def _targets(path: Path, particles: Any) -> Ints:
+    if "target" not in particles.column_names:
+        return np.zeros(len(particles), dtype=np.int32)
+    target = numbers(path, particles, "target")
+    if (target % 1 > 0).any() or target.min() < 0 or target.max() > MOST_TARGETS:
+        raise InputError(f"{path}: column 'target' must hold whole numbers from 0 on")
+    return target.astype(np.int32)

@@ -1,14 +1,22 @@
-"""Futures cut short: targets that stop for good on their way, and those not looked at any more."""
+"""Truncated futures: targets that stop for good on their way, or are there from a time on only."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.futures.futures import NO_EDGE, Futures
 
-Piece = tuple[Floats, Floats, Floats, Ints]  # time_s, x_m, y_m, edge of one particle's knots
+
+class OwnKnots(NamedTuple):
+    """One particle's knots, as the columns of `Futures`."""
+
+    time_s: Floats
+    x_m: Floats
+    y_m: Floats
+    edge: Ints
 
 
 def parked(futures: Futures, rng: np.random.Generator) -> Futures:
@@ -19,19 +27,19 @@ def parked(futures: Futures, rng: np.random.Generator) -> Futures:
     stay as they are.
     """
     share = (rng.permutation(len(futures)) + 0.5) / max(len(futures), 1)
-    pieces, gone = [], futures.gone.copy()
+    parts, gone = [], futures.gone.copy()
     for k in range(len(futures)):
-        piece = _piece(futures, k)
-        if len(piece[0]) > 1:
-            first_s, last_s = piece[0][0], piece[0][-1]
-            piece = _until(futures, k, float(first_s + share[k] * (last_s - first_s)))
+        knots = _knots(futures, k)
+        if len(knots.time_s) > 1:
+            first_s, last_s = knots.time_s[0], knots.time_s[-1]
+            knots = _until(futures, k, float(first_s + share[k] * (last_s - first_s)))
             gone[k] = False
-        pieces.append(piece)
-    return _of_pieces(futures, pieces, gone)
+        parts.append(knots)
+    return _joined(futures, parts, gone)
 
 
 def after(futures: Futures, from_s: Floats) -> Futures:
-    """Return futures in which each particle is nowhere before a time of its own, (N,) seconds.
+    """Return futures in which each particle is nowhere before its own time, (N,) seconds.
 
     For a time of infinity it is never there.
     """
@@ -67,16 +75,16 @@ def _started(futures: Futures, knot: Ints, at_s: Floats) -> Futures:
     return replace(futures, time_s=time_s, x_m=x_m, y_m=y_m)
 
 
-def _piece(futures: Futures, k: int) -> Piece:
-    knots = slice(futures.first_knot[k], futures.first_knot[k + 1])
-    return futures.time_s[knots], futures.x_m[knots], futures.y_m[knots], futures.edge[knots]
+def _knots(futures: Futures, k: int) -> OwnKnots:
+    rows = slice(futures.first_knot[k], futures.first_knot[k + 1])
+    return OwnKnots(futures.time_s[rows], futures.x_m[rows], futures.y_m[rows], futures.edge[rows])
 
 
-def _until(futures: Futures, k: int, stop_s: float) -> Piece:
-    time_s, x_m, y_m, edge = _piece(futures, k)
+def _until(futures: Futures, k: int, stop_s: float) -> OwnKnots:
+    time_s, x_m, y_m, edge = _knots(futures, k)
     kept = int(np.searchsorted(time_s, stop_s))
     stop_x_m, stop_y_m = futures.xy(k, stop_s)
-    return (
+    return OwnKnots(
         np.append(time_s[:kept], stop_s),
         np.append(x_m[:kept], stop_x_m),
         np.append(y_m[:kept], stop_y_m),
@@ -84,10 +92,9 @@ def _until(futures: Futures, k: int, stop_s: float) -> Piece:
     )
 
 
-def _of_pieces(futures: Futures, pieces: Iterable[Piece], gone: Flags) -> Futures:
-    pieces = list(pieces)
-    time_s, x_m, y_m, edge = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
-    counts = [len(piece[0]) for piece in pieces]
+def _joined(futures: Futures, parts: Sequence[OwnKnots], gone: Flags) -> Futures:
+    time_s, x_m, y_m, edge = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    counts = [len(part.time_s) for part in parts]
     return replace(
         futures,
         time_s=time_s,

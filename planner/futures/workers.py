@@ -1,8 +1,8 @@
-"""Processes that do a stage's work: libsumo holds one simulation, and hears no Ctrl-C.
+"""Worker processes: libsumo holds one simulation, and ignores Ctrl-C.
 
-A worker is a Python of its own that reads tasks from its input and writes answers to its output.
-It lies in a session of its own, so that Ctrl-C reaches the program alone, and it ends with the
-program, as its input does.
+A worker is a separate Python that reads tasks from its input and writes answers to its output. It
+runs in its own session, so that Ctrl-C reaches the program alone; its input closes with the
+program, which ends it.
 """
 
 import atexit

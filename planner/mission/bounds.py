@@ -1,21 +1,19 @@
 """One bound for many plans that answer the same problem, and what a stored run knows of it."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.errors import InputError
 from planner.flight.plan import Plan
+from planner.mission.certificate_file import read_certificate
 from planner.mission.trial import Trial
 
 Kind = tuple[str, float]  # a bound is for one class of plans and one take-off, seconds
-BOUND = ("lower_bound_s", "upper_bound_probability")  # the keys of plan.json's certificate
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What no plan of a kind can pass, and why some have no bound."""
+    """The bounds by kind of plan, and why some kinds have none."""
 
     of: Mapping[Kind, float]
     reasons: tuple[str, ...] = ()
@@ -26,8 +24,8 @@ class Bounds:
 
 
 def kind_of(plan: Plan) -> Kind:
-    """Return of which kind the bound of a plan is."""
-    return ("roads" if plan.legs[0] else "free", float(plan.tracks[0].time_s[0]))
+    """Return the kind of a plan, for which its bound holds."""
+    return ("roads" if plan.follows_roads else "free", plan.take_off_s)
 
 
 def bounds_of(
@@ -59,15 +57,7 @@ def stored_bound(plan_file: Path, plan: Plan) -> dict[Kind, float]:
     InputError
         If the certificate is broken.
     """
-    certificate = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
+    certificate = read_certificate(plan_file)
     if certificate is None:
         return {}
-    try:
-        (key,) = [key for key in BOUND if key in certificate]
-        kind = (str(certificate["plan_class"]), float(plan.tracks[0].time_s[0]))
-        return {kind: float(certificate[key])}
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{plan_file}: its certificate is broken ({error!r}); "
-            f"`planner certify {plan_file.parent} --force` makes a new one"
-        ) from error
+    return {(certificate.plan_class, plan.take_off_s): certificate.bound}

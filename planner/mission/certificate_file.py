@@ -3,103 +3,201 @@
 import json
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.bounds.branch_and_bound import Beginning
 from planner.bounds.certificate import Certificate
-from planner.bounds.hops import hops_of
-from planner.bounds.sighting_table import pieces_of
+from planner.bounds.kernels.hops import Motion, Pieces
+from planner.bounds.movements import pieces_of
+from planner.errors import InputError
 from planner.files import write_json
 from planner.parquet import nested, write_table
 from planner.search.problem import Problem
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
-MOTION_COLUMNS = ("from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")  # place at from
-OF_SETS = ("true_optimum_limit", "sets")  # what other sets of particles tell
-SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")
-LONGEST_S = 60.0  # of a piece of motion: of short ones it is seen at once that nobody is near
+ABSENT = ("lower_bound_s", "upper_bound_probability", "true_optimum_limit", "sets")  # if None
+SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")  # where bounds compare
+OfSets = tuple[float, int]  # the true optimum's limit, and from how many sets it is
+LONGEST_S = 60.0  # of a piece of motion: short ones are quickly seen to be out of reach
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredCertificate:
+    """What ``plan.json`` says of a certificate; its fields are the file's keys."""
+
+    lower_bound_s: float | None = None  # of these two bounds there is one, by the objective
+    upper_bound_probability: float | None = None
+    gap: float | None  # None: infinite
+    particles: int
+    plan_class: str
+    transit: bool
+    bin_s: float
+    speed_mps: float
+    landing_s: float | None  # None: the UAV need not land
+    true_optimum_limit: float | None = None  # these two only if other sets were asked for
+    sets: int | None = None
+
+    def __post_init__(self) -> None:
+        bounds = [self.lower_bound_s, self.upper_bound_probability]
+        if bounds.count(None) != 1 or not np.isfinite(self.bound):
+            raise ValueError("it needs one bound, a number")
+
+    @property
+    def bound(self) -> float:
+        """No plan's figure is better: seconds, or a probability."""
+        bound = self.upper_bound_probability if self.lower_bound_s is None else self.lower_bound_s
+        assert bound is not None
+        return float(bound)
+
+    @property
+    def of_sets(self) -> OfSets | None:
+        """What other sets of particles tell, if they were asked."""
+        if self.true_optimum_limit is None or self.sets is None:
+            return None
+        return self.true_optimum_limit, self.sets
+
+    def content(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        found = asdict(self)
+        return {key: found[key] for key in found if found[key] is not None or key not in ABSENT}
+
+    def proves_more(self, other: "StoredCertificate") -> bool:
+        """Tell whether its bound is better than another one's on the same plans and particles."""
+        if any(getattr(self, key) != getattr(other, key) for key in SAME):
+            return False
+        return self.gap is not None and (other.gap is None or self.gap < other.gap)
+
+
+def stored_certificate(problem: Problem, certificate: Certificate) -> StoredCertificate:
+    """Return what ``plan.json`` says of a certificate."""
+    by_s, landing_s = problem.objective.by_s, problem.uav.landing_s
+    return StoredCertificate(
+        lower_bound_s=certificate.bound if by_s is None else None,
+        upper_bound_probability=None if by_s is None else certificate.bound,
+        gap=certificate.gap if np.isfinite(certificate.gap) else None,
+        particles=len(problem.futures),
+        plan_class=certificate.plan_class,
+        transit=problem.sensor.detects_in_transit,
+        bin_s=certificate.bin_s,
+        speed_mps=problem.uav.speed_mps,
+        landing_s=landing_s if np.isfinite(landing_s) else None,
+    )
+
+
+def read_certificate(plan_file: Path) -> StoredCertificate | None:
+    """Return the certificate in a ``plan.json``; None if it has none.
+
+    Raises
+    ------
+    InputError
+        If it is broken.
+    """
+    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
+    if found is None:
+        return None
+    names = {field.name for field in fields(StoredCertificate)}
+    try:
+        return StoredCertificate(**{key: found[key] for key in found if key in names})
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{plan_file}: its certificate is broken ({error}); "
+            f"`planner certify {plan_file.parent} --force` makes a new one"
+        ) from error
 
 
 def certificate_content(problem: Problem, certificate: Certificate) -> dict[str, Any]:
     """Return what ``plan.json`` says of a certificate, as plain data."""
-    uav, by_s = problem.uav, problem.objective.by_s
-    bound = {"lower_bound_s" if by_s is None else "upper_bound_probability": certificate.bound}
-    return {
-        **bound,
-        "gap": certificate.gap if np.isfinite(certificate.gap) else None,
-        "particles": len(problem.futures),
-        "plan_class": certificate.plan_class,
-        "transit": problem.sensor.detects_in_transit,
-        "bin_s": certificate.bin_s,
-        "speed_mps": uav.speed_mps,
-        "landing_s": uav.landing_s if np.isfinite(uav.landing_s) else None,
-    }
+    return stored_certificate(problem, certificate).content()
+
+
+def write_better(
+    folder: Path,
+    plan_file: Path,
+    problem: Problem,
+    certificate: Certificate,
+    of_sets: OfSets | None = None,
+) -> tuple[StoredCertificate, bool]:
+    """Write a plan's certificate, or the earlier one again if that proves more.
+
+    Parameters
+    ----------
+    of_sets
+        What other sets of particles tell; what the earlier certificate has if not given.
+
+    Returns
+    -------
+    tuple
+        The certificate written, and whether it is the earlier one.
+    """
+    new, earlier = stored_certificate(problem, certificate), None
+    with suppress(InputError):  # one that is broken is replaced
+        earlier = read_certificate(plan_file)
+    best = earlier if earlier is not None and earlier.proves_more(new) else new
+    if of_sets is None and earlier is not None:
+        of_sets = earlier.of_sets
+    limit, sets = of_sets or (None, None)
+    stays = replace(best, true_optimum_limit=limit, sets=sets)
+    if best is earlier:
+        keep_proof(folder, plan_file, stays.content())
+    else:
+        write_certificate(folder, problem, certificate, plan_file, stays.content())
+    return stays, best is earlier
 
 
 def write_certificate(
-    folder: Path, problem: Problem, certificate: Certificate, plan_file: Path, told: dict[str, Any]
+    folder: Path,
+    problem: Problem,
+    certificate: Certificate,
+    plan_file: Path,
+    content: dict[str, Any],
 ) -> None:
-    """Write prices, particles and net, and the plan with what it is told."""
+    """Write prices, particles and net, and the plan with its certificate as plain data."""
     futures = problem.futures
     proof = sorted(certificate.proof.items())
-    first = len(hops_of(problem)) if proof else 0  # flights from take-off are hops after the others
     prices = {
-        "flight": nested([_hops(beginning, first) for beginning, _ in proof], "int64"),
+        "flight": nested([prefix for prefix, _ in proof], "int64"),
         "price": nested([price for _, price in proof], "float64"),
     }
     write_table(folder / PRICES, prices, {"unit": "reward"})
     write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
-    pieces, who = _short(*pieces_of(futures))
-    motion = dict(zip(MOTION_COLUMNS, pieces.T, strict=True))
-    write_table(folder / MOTION, {"particle": who, **motion}, {})
+    pieces = _short(pieces_of(futures))
+    motion = {"particle": pieces.particle, **pieces.motion._asdict()}
+    write_table(folder / MOTION, motion, {})
     write_json(folder / NET, net_content(problem))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": told})
+    write_json(folder / plan_file.name, plan | {"certificate": content})
 
 
-def stored_certificate(plan_file: Path) -> dict[str, Any]:
-    """Return what ``plan.json`` says of a certificate; nothing if it has none."""
-    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
-    return found if isinstance(found, dict) else {}
-
-
-def proves_more(earlier: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
-    """Tell whether an earlier certificate has the better bound on the same plans and particles."""
-    if any(earlier.get(key) != new[key] for key in SAME):
-        return False
-    before, now = earlier.get("gap"), new["gap"]
-    return before is not None and (now is None or before < now)
-
-
-def keep_proof(folder: Path, plan_file: Path, told: Mapping[str, Any]) -> None:
-    """Copy an earlier certificate's files, and write the plan with what it is told."""
+def keep_proof(folder: Path, plan_file: Path, content: Mapping[str, Any]) -> None:
+    """Copy an earlier certificate's files, and write the plan with that certificate."""
     for name in PROOF:
         shutil.copy(plan_file.with_name(name), folder / name)
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": dict(told)})
+    write_json(folder / plan_file.name, plan | {"certificate": dict(content)})
 
 
-def _hops(beginning: Beginning, first: int) -> Beginning:
-    return (first + beginning[0], *beginning[1:]) if beginning else ()
-
-
-def _short(pieces: Floats, who: Ints) -> tuple[Floats, Ints]:
-    """Return pieces of motion, (P, 6) and whose (P,), cut into equal parts; rests are not cut."""
-    lasts_s = np.where(np.isfinite(pieces[:, 1]), pieces[:, 1] - pieces[:, 0], 0.0)
-    many = np.maximum(1, np.ceil(lasts_s / LONGEST_S).astype(int))
-    whole = np.repeat(np.arange(len(pieces)), many)
-    part = np.arange(len(whole)) - np.repeat(np.cumsum(many) - many, many)
-    parts, step_s = pieces[whole], (lasts_s / many)[whole]
+def _short(pieces: Pieces) -> Pieces:
+    """Return pieces of motion cut into equal parts of at most ``LONGEST_S``; rests are not cut."""
+    motion = pieces.motion
+    lasts_s = np.where(np.isfinite(motion.to_s), motion.to_s - motion.from_s, 0.0)
+    counts = np.maximum(1, np.ceil(lasts_s / LONGEST_S).astype(int))
+    whole = np.repeat(np.arange(len(counts)), counts)
+    part = np.arange(len(whole)) - np.repeat(np.cumsum(counts) - counts, counts)
+    parts, step_s = Motion(*(column[whole] for column in motion)), (lasts_s / counts)[whole]
     after_s = part * step_s
-    parts[:, 0] += after_s
-    parts[:, 1] = np.where(part + 1 < many[whole], parts[:, 0] + step_s, parts[:, 1])
-    parts[:, 2:4] += parts[:, 4:] * after_s[:, None]
-    return parts, who[whole]
+    from_s = parts.from_s + after_s
+    cut = parts._replace(
+        from_s=from_s,
+        to_s=np.where(part + 1 < counts[whole], from_s + step_s, parts.to_s),
+        x_m=parts.x_m + parts.vx_mps * after_s,
+        y_m=parts.y_m + parts.vy_mps * after_s,
+    )
+    return Pieces(cut, pieces.particle[whole])
 
 
 def net_content(problem: Problem) -> dict[str, Any]:

@@ -1,13 +1,11 @@
 """Certificates of stored plans: on their own particles, and on other, independent ones."""
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.certificate import Certificate, Effort, certified
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.intervals import lower_limit
@@ -15,48 +13,30 @@ from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, problem_of
 from planner.search.problem import Problem
 
-Told = Callable[[int, float, float, float], None]  # step, value, bound, gap
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When certifying ends."""
-
-    gap: float
-    steps: int
-    seconds: float  # for each set of particles
-    asked: Callable[[], bool]
-
 
 def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Problem:
     """Return the problem that a plan answers: it takes off when the plan does."""
     problem = problem_of(opened, futures)
-    take_off_s = float(plan.tracks[0].time_s[0])
-    return problem.replace(uav=replace(problem.uav, take_off_s=take_off_s))
-
-
-def certify(problem: Problem, plan: Plan, limits: Limits, told: Told | None = None) -> Certificate:
-    """Return the certificate of a plan on a problem's particles."""
-    until_s = time.monotonic() + limits.seconds
-
-    def stop() -> bool:
-        return limits.asked() or time.monotonic() > until_s
-
-    return certified(problem, plan, Effort(limits.gap, limits.steps, stop, told))
+    return problem.replace(uav=replace(problem.uav, take_off_s=plan.take_off_s))
 
 
 def bounds_of_sets(
-    recorder: Recorder, plan: Plan, limits: Limits, sets: int, told: Callable[[int], None]
+    recorder: Recorder, plan: Plan, sets: int, bound: Callable[[Problem], float | None]
 ) -> Floats:
-    """Return the bounds for so many independent sets of particles, fewer if asked to end."""
+    """Return the bounds for so many independent sets of particles.
+
+    Parameters
+    ----------
+    bound
+        Bounds all plans of the plan's class on a problem; None ends it early.
+    """
     bounds: list[float] = []
     for number in range(sets):
-        if limits.asked():
-            break
         futures = recorder.bounding(number).futures
-        problem = problem_of_plan(recorder.opened, plan, futures)
-        bounds.append(certify(problem, plan, limits).bound)
-        told(number + 1)
+        found = bound(problem_of_plan(recorder.opened, plan, futures))
+        if found is None:
+            break
+        bounds.append(found)
     return np.array(bounds)
 
 

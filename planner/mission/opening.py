@@ -6,16 +6,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.belief.distribution import distribution
-from planner.belief.prior import Prior, Turns, prior_of
+from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
-from planner.errors import InputError, PlannerError, ScenarioError
+from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import shown, suggestion
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario.checks import about, probability_fault
+from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import Scenario, TargetSection, UavSection
-from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
+from planner.scenario.values import (
+    NodeLanding,
+    NodeStart,
+    PointStart,
+    UavStart,
+    probability_fault,
+)
 
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
@@ -60,16 +66,16 @@ def open_scenario(
     draft = read_draft(place, preset=preset, overrides=overrides)
     faults = list(draft.faults)
     network = _network(draft, faults)
-    turns: dict[str, Turns] = {}
+    turns: dict[str, TurnTable] = {}
     if network is not None:
         for key, target, names in _targets(draft):
             turns[key], found = _turns(key, target, network, draft.folder)
             found += _start_faults(key, target, network)
             if not _stands_in(target, draft.faults):
                 found += _distance_faults(key, target, network)
-            faults += about(found, key, names)
+            faults += faults_of_fields(found, key, names)
         faults += _uav_faults(draft.uav, network)
-        if draft.uav is not None and not any(fault.startswith("uav.") for fault in faults):
+        if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
@@ -83,7 +89,7 @@ def open_scenario(
 
 
 def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]]:
-    """Yield what is known and what is true of the target, and the keys to tell faults of."""
+    """Yield what is known and what is true of the target, and the keys to report faults of."""
     if draft.target is not None:
         yield "target", draft.target, frozenset(TargetSection.model_fields)
     if draft.truth is not None:
@@ -92,69 +98,73 @@ def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]
         yield "truth", draft.truth, draft.truth_keys | moved
 
 
-def _network(draft: Draft, faults: list[str]) -> RoadNetwork | None:
-    if draft.network is None or any(fault.startswith("network") for fault in faults):
+def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
+    if draft.network is None or any(fault.is_about("network") for fault in faults):
         return None
     try:
         return open_network(draft.network, draft.folder)
     except PlannerError as error:
         if not faults:
             raise
-        faults.append(f"network: {error}")
+        faults.append(Fault("network", str(error)))
         return None
 
 
 def _turns(
     key: str, target: TargetSection, network: RoadNetwork, folder: Path
-) -> tuple[Turns, list[str]]:
+) -> tuple[TurnTable, list[Fault]]:
     """Return the probabilities given for turns, and what is wrong with them on this network."""
     if isinstance(target.turning, str):
         return {}, []
     if isinstance(target.turning, dict):
-        return target.turning, list(_turn_faults(f"{key}.turning.", target.turning, network))
+        found = _turn_faults(target.turning, network)
+        return target.turning, [Fault(f"{key}.turning.{turn}", text) for turn, text in found]
     path = folder / target.turning.file
-    key = f"{key}.turning.file: {target.turning.file}: "
+    key, named = f"{key}.turning.file", target.turning.file
     try:
         turns = read_turns(path)
     except InputError as error:
-        # A file that is not there is told already.
-        return {}, [f"{key}{error}"] if path.is_file() else []
+        # A file that is not there has been reported already.
+        return {}, [Fault(key, f"{named}: {error}")] if path.is_file() else []
     sums = [(edge, probability_fault(list(ways.values()))) for edge, ways in turns.items()]
-    faults = [f"{key}{edge}: {fault}" for edge, fault in sums if fault]
-    return turns, faults + list(_turn_faults(key, turns, network))
+    wrong = [(edge, fault) for edge, fault in sums if fault]
+    wrong += _turn_faults(turns, network)
+    return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
 
 
-def _turn_faults(prefix: str, turns: Turns, network: RoadNetwork) -> Iterator[str]:
+def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, str]]:
+    """Yield each turn that the network does not have, as an edge or a pair, and what is wrong."""
     for start, ways in turns.items():
         if start not in network.edge_index:
-            yield f"{prefix}{start}: {_no_edge(start, network)}"
+            yield start, _no_edge(start, network)
             continue
         onward = [network.edge_ids[end] for end in network.turns(network.edge_index[start])]
         for end in ways:
             if end not in network.edge_index:
-                yield f"{prefix}{start}.{end}: {_no_edge(end, network)}"
+                yield f"{start}.{end}", _no_edge(end, network)
             elif end not in onward and ways[end] > 0:
                 possible = f"it leads to {', '.join(onward)}" if onward else "it has no way on"
-                yield f"{prefix}{start}.{end}: {start} does not lead to {end}; {possible}"
+                yield f"{start}.{end}", f"{start} does not lead to {end}; {possible}"
 
 
-def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[str]:
+def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
     if isinstance(target.start, str):
         return
     for edge in target.start:
         if edge not in network.edge_index:
-            yield f"{key}.start.{edge}: {_no_edge(edge, network)}"
+            yield Fault(f"{key}.start.{edge}", _no_edge(edge, network))
         elif len(network.turns(network.edge_index[edge])) == 0:
-            yield f"{key}.start.{edge}: has no way on; choose an edge that leads to another one"
+            text = "has no way on; choose an edge that leads to another one"
+            yield Fault(f"{key}.start.{edge}", text)
 
 
-def _stands_in(target: TargetSection, faults: Sequence[str]) -> bool:
-    """Tell whether the target starts "anywhere" only because its own starts are faulty."""
-    faulty = any(fault.startswith(("target.start", "truth.start")) for fault in faults)
+def _stands_in(target: TargetSection, faults: Sequence[Fault]) -> bool:
+    """Return whether the target starts "anywhere" only because its own starts are faulty."""
+    faulty = any(fault.is_about("target.start", "truth.start") for fault in faults)
     return faulty and isinstance(target.start, str)
 
 
-def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[str]:
+def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
     if isinstance(target.distance_m, str):
         return
     names = network.edge_ids if isinstance(target.start, str) else target.start
@@ -163,29 +173,31 @@ def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> I
     short = [edge for edge in index if network.edge_length_m[edge] < high_m - TOLERANCE_M]
     if short:
         edge = min(short, key=lambda edge: float(network.edge_length_m[edge]))
-        yield (
-            f"{key}.distance_m: reaches to {shown(high_m)} m, but {network.edge_ids[edge]} is "
-            f"{shown(float(network.edge_length_m[edge]))} m long; stay within the start edges"
+        yield Fault(
+            f"{key}.distance_m",
+            f"reaches to {shown(high_m)} m, but {network.edge_ids[edge]} is "
+            f"{shown(float(network.edge_length_m[edge]))} m long; stay within the start edges",
         )
 
 
-def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[str]:
+def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[Fault]:
     if uav is None:
         return
     for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
         if isinstance(place, NodeStart | NodeLanding) and place.node not in network.node_index:
             hint = suggestion(place.node, network.node_ids)
-            yield f"{key}.node: {place.node} is not a node of the network; {hint}"
+            yield Fault(f"{key}.node", f"{place.node} is not a node of the network; {hint}")
 
 
-def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[str]:
+def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
     home = _return_xy(uav, network)
     if home is not None and uav.max_flight_time_s is not None:
         away_s = math.dist(_start_xy(uav.start, network), home) / uav.speed_mps
         if away_s > uav.max_flight_time_s:
-            yield (
-                f"uav.return_to: lies {shown(round(away_s, 1))} s of flight from the start, but "
-                f"uav.max_flight_time_s is {shown(uav.max_flight_time_s)}; choose a nearer place"
+            yield Fault(
+                "uav.return_to",
+                f"lies {shown(round(away_s, 1))} s of flight from the start, but "
+                f"uav.max_flight_time_s is {shown(uav.max_flight_time_s)}; choose a nearer place",
             )
 
 

@@ -13,6 +13,7 @@ from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
 from planner.files import write_json
+from planner.flight.legs import Legs, leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
 from planner.network.road_network import RoadNetwork
@@ -99,12 +100,11 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def _leg(flown: FlownLeg, network: RoadNetwork) -> dict[str, Any]:
-    ends = [network.road_from[flown.road], network.road_to[flown.road]]
-    start, end = ends[::-1] if flown.leg % 2 else ends
+    from_node, to_node = leg_ends(network, flown.leg)
     return {
         "road": network.road_ids[flown.road],
-        "from_node": network.node_ids[start],
-        "to_node": network.node_ids[end],
+        "from_node": from_node,
+        "to_node": to_node,
         "depart_s": flown.depart_s,
         "start_s": flown.start_s,
         "end_s": flown.end_s,
@@ -136,13 +136,12 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
 def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
     if content["schema"] != SCHEMA:
         raise ValueError(f"schema {content['schema']!r}, not {SCHEMA!r}")
-    road_index = {name: i for i, name in enumerate(network.road_ids)}
     tracks, legs = [], []
     for uav in content["uavs"]:
         time_s, x_m, y_m = np.array(uav["waypoints"], dtype=float).T
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
-        legs.append(tuple(_flown(leg, road_index, network) for leg in uav["legs"]))
+        legs.append(tuple(_flown(leg, network) for leg in uav["legs"]))
     return StoredPlan(
         Plan(content["method"], tuple(tracks), tuple(legs)),
         Sensor(_above_zero(content["planned"]["radius_m"])),
@@ -159,7 +158,7 @@ def _above_zero(number: float) -> float:
     return float(number)
 
 
-def _flown(leg: Mapping[str, Any], road_index: Mapping[str, int], network: RoadNetwork) -> FlownLeg:
-    road = road_index[leg["road"]]
+def _flown(leg: Mapping[str, Any], network: RoadNetwork) -> FlownLeg:
+    road = network.road_index[leg["road"]]
     against = leg["from_node"] != network.node_ids[network.road_from[road]]
-    return FlownLeg(2 * road + int(against), leg["depart_s"], leg["start_s"], leg["end_s"])
+    return FlownLeg(Legs.both(road)[against], leg["depart_s"], leg["start_s"], leg["end_s"])

@@ -1,23 +1,26 @@
 """From an open scenario to what planners and missions need: recordings, problems, plans."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from planner.belief.prior import Prior
-from planner.belief.sampling import Sampling, predefined, sample
+from planner.belief.recipe import Drawn, OneTarget, Recipe
+from planner.belief.sampling import Sampling
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
-from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.futures.record import Progress
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
+from planner.progress import Progress
+from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.streams import stream
 
 HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
@@ -26,7 +29,7 @@ FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 @dataclass(frozen=True)
 class Recorder:
-    """Records targets of a scenario; each use draws from a stream of its own.
+    """Records targets of a scenario; each use has its own random stream.
 
     Planners see ``planning`` only: no planner can reach the streams of the others.
     """
@@ -57,7 +60,7 @@ class Recorder:
         return self._drawn(self.opened.truth_prior, targets, ("evaluation",))
 
     def truths(self, targets: int, *, seed: int) -> Recording:
-        """Return true targets for missions, independent draws under a seed of their own."""
+        """Return true targets for missions, independent draws under their own seed."""
         return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
 
     def predefined(
@@ -67,17 +70,10 @@ class Recorder:
 
         The seed is that of SUMO's driver.
         """
-        prior, network = self.opened.truth_prior, self.opened.network
-        rng = stream(seed, "truth")
-        target = predefined(network, prior, route, rng, speed_mps=speed_mps, offset_m=offset_m)
-        return recorded(
-            network,
-            target,
-            horizon_s=self.opened.scenario.search.horizon_s,
-            scenario={"route": list(route)},
-            workers=self.workers,
-            progress=self.progress,
-        )
+        horizon_s = self.opened.scenario.search.horizon_s
+        prior = self.opened.truth_prior
+        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, ("truth",))
+        return self._recorded(target, {"route": list(route)})
 
     def _drawn(
         self,
@@ -88,11 +84,9 @@ class Recorder:
         sampling: Sampling = "iid",
         seed: int | None = None,
     ) -> Recording:
-        scenario, network = self.opened.scenario, self.opened.network
+        scenario = self.opened.scenario
         seed = scenario.search.seed if seed is None else seed
         horizon_s = scenario.search.horizon_s
-        rng = stream(seed, *name)
-        particles = sample(prior, network, n, rng, sampling=sampling, horizon_s=horizon_s)
         belief = scenario.target if prior is self.opened.prior else scenario.truth
         drawn_from = {
             "target": belief.model_dump(mode="json", exclude_none=True),
@@ -101,11 +95,13 @@ class Recorder:
             "seed": seed,
             "stream": list(name),
         }
+        return self._recorded(Drawn(prior, n, horizon_s, seed, tuple(name), sampling), drawn_from)
+
+    def _recorded(self, recipe: Recipe, described: Mapping[str, Any]) -> Recording:
         return recorded(
-            network,
-            particles,
-            horizon_s=horizon_s,
-            scenario=drawn_from,
+            self.opened.network,
+            recipe,
+            scenario=described,
             workers=self.workers,
             progress=self.progress,
         )
@@ -138,7 +134,7 @@ def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None 
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:
-    """Tell whether other particles are to be drawn; where all are enumerated there are none."""
+    """Return whether other particles have to be drawn; there are none where all are enumerated."""
     return method.chooses and opened.scenario.search.sampling != "all"
 
 
@@ -150,8 +146,8 @@ def make_plan(
     *,
     holdout: Futures | None = None,
     budget: Budget | None = None,
-) -> Plan:
-    """Return the plan that a method makes for a scenario on given futures.
+) -> SearchResult:
+    """Return what a method makes of a scenario on given futures.
 
     Parameters
     ----------
@@ -177,13 +173,15 @@ def budget_of(opened: OpenScenario) -> Budget:
     return Budget(roads=search.depth, work=search.work, free=search.free)
 
 
-def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Callable[..., Plan]:
-    if method.name != "greedy":
-        return method.load()
-    from planner.search.greedy import GreedyOptions, greedy
+def _planner(
+    method: Method, opened: OpenScenario, recorder: Recorder
+) -> Callable[..., SearchResult]:
+    planner: Callable[..., SearchResult] = method.load()
+    if not method.takes_options:
+        return planner
 
     def again(step: int) -> Futures:
         return recorder.planning(step).futures
 
     options = GreedyOptions(**opened.scenario.greedy.model_dump())
-    return partial(greedy, options=options, resample=again)
+    return partial(planner, options=options, resample=again)

@@ -14,7 +14,7 @@ MORE = 8  # times as much work for the second plan
 
 
 @dataclass(frozen=True)
-class Sides:
+class TwoSided:
     """The two sides from which the gap is closed; each hears how many seconds it has at most."""
 
     plan: Callable[[int, float], Trial]  # with so many times the scenario's work
@@ -24,7 +24,7 @@ class Sides:
 
 
 def planned_to_gap(
-    sides: Sides, gap: float, *, seconds: float = float("inf"), again: bool = True
+    sides: TwoSided, gap: float, *, seconds: float = float("inf"), again: bool = True
 ) -> tuple[Trial, Certificate | None]:
     """Return a plan and its certificate, as soon as the gap is small enough.
 
@@ -62,7 +62,7 @@ def planned_to_gap(
 
 
 def _with_better(
-    trial: Trial, certificate: Certificate | None, sides: Sides, gap: float
+    trial: Trial, certificate: Certificate | None, sides: TwoSided, gap: float
 ) -> tuple[Trial, Certificate | None]:
     """Return what bounding met in the plan's place, if it is better and the gap too wide."""
     if certificate is None or certificate.gap <= gap or not certificate.better:
@@ -74,10 +74,10 @@ def _with_better(
 
 
 def _certificate_of(
-    trial: Trial, certificate: Certificate | None, sides: Sides
+    trial: Trial, certificate: Certificate | None, sides: TwoSided
 ) -> Certificate | None:
     """Return the certificate of a plan, from that of another one if its bound holds for it too."""
-    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.legs[0]):
+    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.follows_roads):
         return sides.bound(trial.plan, 0.0)
     return replace(certificate, value=trial.planned.figure)
 

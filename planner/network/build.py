@@ -32,8 +32,8 @@ TOWN = (
     "--remove-edges.isolated",
     "--output.street-names",
 )
-# netconvert tells when and from which files it made a net; the same sources give the same bytes
-# only without that.
+# netconvert writes when and from which files it made a net; without that, the same sources give
+# the same bytes.
 MADE_AT = re.compile(rb"\A(<\?xml[^>]*\?>\s*)<!-- generated on .*?-->\s*", re.DOTALL)
 
 
@@ -98,7 +98,7 @@ def _key(sources: Mapping[str, Path], options: Sequence[str]) -> str:
     digest = hashlib.sha256(repr((sumo_version(), tuple(options))).encode())
     for option, path in sources.items():
         content = hashlib.sha256(_content(path)).hexdigest()
-        # A compressed extract is told by its name alone.
+        # A compressed extract is recognised by its name alone.
         digest.update(repr((option, path.suffixes[-1:], content)).encode())
     return digest.hexdigest()[:32]
 

@@ -3,9 +3,10 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -16,11 +17,13 @@ from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import parse_net
+from planner.scenario.sections import NetworkSection
 
 CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 1
-TEXTS = ("node_ids", "road_ids", "edge_ids")
+COLUMNS_VERSION = 2
+IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
+TEXTS = ("node_ids", "road_ids", "edge_ids", "projection")
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -33,39 +36,9 @@ ARRAYS = (
     "edge_lanes",
     "first_turn",
     "turn_edge",
+    "half_width_m",
 )
-
-
-class NetworkSection(Protocol):
-    """Where a scenario takes its network from; paths relative to the scenario's folder."""
-
-    @property
-    def nodes(self) -> str | None:
-        """Plain-XML nodes; with ``edges``."""
-
-    @property
-    def edges(self) -> str | None:
-        """Plain-XML edges."""
-
-    @property
-    def connections(self) -> str | None:
-        """Plain-XML connections, optional."""
-
-    @property
-    def signals(self) -> str | None:
-        """Plain-XML signal programs, optional."""
-
-    @property
-    def net(self) -> str | None:
-        """A ``.net.xml``."""
-
-    @property
-    def osm(self) -> str | None:
-        """An OpenStreetMap extract."""
-
-    @property
-    def abstract(self) -> bool:
-        """Whether plain-XML sources are built with exact geometry."""
+NO_PROJECTION = "!"  # what SUMO writes where coordinates are those of no map
 
 
 def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
@@ -121,10 +94,15 @@ def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
         raise InputError(
             f"{path}: cannot be read ({error.strerror or error}); give a SUMO .net.xml"
         ) from error
+    return _network(path, sha256, source or path)
+
+
+@lru_cache(IN_MEMORY)
+def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
     columns = _load(kept)
     if columns is None:
-        columns = _columns(path, source or path)
+        columns = _columns(path, source)
         _save(kept, columns)
     return RoadNetwork(**columns, path=path, sha256=sha256)
 
@@ -166,7 +144,15 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
         "first_turn": _offsets(turns),
         "turn_edge": np.concatenate(turns),
+        "half_width_m": np.zeros(len(edges)),
+        "projection": _projection(net),
     }
+
+
+def _projection(net: Any) -> str | None:
+    # sumolib's public way to it needs pyproj.
+    parameters = net._location.get("projParameter", NO_PROJECTION)
+    return None if parameters == NO_PROJECTION else str(parameters)
 
 
 def _shape(edge: Any) -> Floats:
@@ -215,8 +201,9 @@ def _save(path: Path, columns: Mapping[str, Any]) -> None:
 def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
     try:
-        with np.load(path, allow_pickle=False) as kept:
-            texts = {name: tuple(ids) for name, ids in json.loads(str(kept["texts"])).items()}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            said = json.loads(str(kept["texts"]))
+            texts = {k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}
             return {**texts, **{name: kept[name] for name in ARRAYS}}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None

@@ -1,6 +1,6 @@
 """The road network as columns: nodes, roads with their polylines, and the edges targets drive."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -14,7 +14,7 @@ class RoadNetwork:
     """Nodes and roads as the UAV flies them, edges and turns as a target drives them.
 
     A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's; today
-    every edge is a road of its own (``edge_road`` is the identity).
+    every edge is its own road (``edge_road`` is the identity).
     """
 
     node_ids: tuple[str, ...]  # V names
@@ -33,8 +33,13 @@ class RoadNetwork:
     turn_edge: Ints  # (T,) the edge that a turn leads to
     path: Path  # the .net.xml that SUMO loads
     sha256: str  # of that file
+    # (R,) metres from the drawn line to where a target may be beside it; left out: none
+    half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
+    projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
 
     def __post_init__(self) -> None:
+        if len(self.half_width_m) == 0:
+            object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -48,7 +53,9 @@ class RoadNetwork:
             edge_lanes=np.int32,
             first_turn=np.int64,
             turn_edge=np.int32,
+            half_width_m=np.float64,
         )
+        assert len(self.half_width_m) == len(self.road_ids)
         assert len(self.first_point) == len(self.road_ids) + 1
         assert len(self.first_turn) == len(self.edge_ids) + 1
 
@@ -62,6 +69,11 @@ class RoadNetwork:
     def edge_index(self) -> dict[str, int]:
         """Index of each edge by its name."""
         return {name: i for i, name in enumerate(self.edge_ids)}
+
+    @cached_property
+    def road_index(self) -> dict[str, int]:
+        """Index of each road by its name."""
+        return {name: i for i, name in enumerate(self.road_ids)}
 
     @cached_property
     def node_index(self) -> dict[str, int]:
@@ -101,7 +113,7 @@ class RoadNetwork:
         return np.asarray(a + (b - a) * share[..., None])
 
     def edge_xy(self, edge: Ints | int, distance_m: Floats | float) -> Floats:
-        """Return the points of the drawn roads at distances that SUMO tells, (..., 2) metres.
+        """Return the points of the drawn roads at distances as SUMO measures them, (..., 2) metres.
 
         SUMO's length of an edge may differ from the drawn one; distances are scaled.
         """

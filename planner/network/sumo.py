@@ -36,6 +36,7 @@ def sumo_home() -> Path:
     return home
 
 
+@cache
 def sumo_version() -> str:
     """Return SUMO's version, such as ``1.28.0``, without loading anything of it."""
     try:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 Verdict = Literal["reproduced", "in part", "not reproduced", "beyond the paper"]
-Found = Mapping[str, Results]  # by the name of the experiment
+ResultsByName = Mapping[str, Results]  # by the name of the experiment
 
 
 @dataclass(frozen=True)
@@ -19,17 +19,17 @@ class Claim:
 
     text: str  # the paper's own words, or the question
     where: str  # in the paper
-    reading: str  # under which it was tested
+    interpretation: str  # under which it was tested
     verdict: Verdict
     finding: str  # by how much, with interval
     table: str = ""  # in Markdown, where one number is not enough
     note: str = ""  # beside the verdict: how far it holds
 
 
-Judge = Callable[[Found], Iterable[Claim]]
+Judge = Callable[[ResultsByName], Iterable[Claim]]
 
 
-def judged(found: Found, judges: Sequence[Judge]) -> list[Claim]:
+def judged(found: ResultsByName, judges: Sequence[Judge]) -> list[Claim]:
     """Return the claims that the experiments at hand can say something of."""
     return [claim for judge in judges for claim in judge(found)]
 
@@ -76,7 +76,7 @@ def _full(number: int, claim: Claim) -> str:
     parts = [
         f'<a id="claim-{number}"></a>\n\n### {number}. {claim.text}',
         f"*{claim.where}.* **{claim.verdict.capitalize()}.** {claim.finding}",
-        f"Reading: {claim.reading}.",
+        f"Interpretation: {claim.interpretation}.",
         claim.table,
     ]
     return "\n\n".join(part for part in parts if part)

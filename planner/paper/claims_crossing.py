@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.experiments.run import Results
 from planner.paper.claims import Claim, markdown_table
 from planner.paper.claims_shared import EXHAUSTIVE, GREEDY, PAPERS_M, PRESET, verdict_on
-from planner.paper.figures import ALL, ALL_20
-from planner.report.estimates import U0, Estimate, Row, chosen, difference, levels
-from planner.report.units import km
+from planner.paper.figures import ALL, ALL_20, U0
+from planner.report.estimates import Estimate, chosen, difference, levels
+from planner.report.formats import km
 
 BELIEVED = "all paths, from the belief"
 
@@ -34,7 +35,7 @@ def better_beyond(results: Results) -> Claim:
         ["u0", *(f"{truth}; greedy at {block}" for truth, block in cases)],
         [(km(u0), *(columns[case][line] for case in cases)) for line, u0 in enumerate(near)],
     )
-    told = "; ".join(f"{truth}, at {block}: {at}" for (truth, block), at in crossings.items())
+    means = "; ".join(f"{truth}, at {block}: {at}" for (truth, block), at in crossings.items())
     far = [
         one.high < 0
         for u0 in levels(rows, U0)
@@ -52,7 +53,7 @@ def better_beyond(results: Results) -> Claim:
         "greedy is the better one on average at all distances beyond 120 km",
         verdict_on(far),
         f"Beyond 120 km greedy is better at {beyond} of the distances. Up to where exhaustive is, "
-        f"hangs on the truth and on greedy's take-off; the means cross: {told}. The table has "
+        f"hangs on the truth and on greedy's take-off; the means cross: {means}. The table has "
         "greedy minus exhaustive, and on how many of the paths exhaustive is the better one.",
         table,
         note=f"beyond 120 km; the means cross: {crossings[ALL, '300 s']}",

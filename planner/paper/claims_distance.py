@@ -6,7 +6,8 @@ from itertools import pairwise, takewhile
 from statistics import median
 from typing import Any
 
-from planner.paper.claims import Claim, Found, Verdict, markdown_table
+from planner.experiments.results import Row
+from planner.paper.claims import Claim, ResultsByName, Verdict, markdown_table
 from planner.paper.claims_crossing import better_beyond
 from planner.paper.claims_shared import (
     EXHAUSTIVE,
@@ -18,25 +19,23 @@ from planner.paper.claims_shared import (
     verdict_on,
     well_under,
 )
-from planner.paper.figures import ALL, ALL_20, PATHS
+from planner.paper.figures import ALL, ALL_20, PATHS, U0
 from planner.report.estimates import (
     BEFORE_GOAL,
     EXPECTED,
     FOUND,
-    U0,
-    Row,
     chosen,
     difference,
     estimate,
     levels,
 )
-from planner.report.units import km
+from planner.report.formats import km
 
 NEAR_M = 200e3
 FAR_BETTER = 0.1  # share by which the usual plan has to be longer
 
 
-def claims(found: Found) -> Iterator[Claim]:
+def claims(found: ResultsByName) -> Iterator[Claim]:
     """Yield what Figure 8 says of the paper's claims."""
     if "figure8" not in found:
         return

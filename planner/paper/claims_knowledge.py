@@ -1,32 +1,31 @@
-"""Readings of the pseudo-code, the number of particles, and what knowledge is worth."""
+"""Interpretations of the pseudo-code, the number of particles, and what knowledge is worth."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from planner.paper.claims import Claim, Found, markdown_table
-from planner.paper.figures import ALL
+from planner.experiments.results import Row
+from planner.paper.claims import Claim, ResultsByName, markdown_table
+from planner.paper.figures import ALL, U0
 from planner.report.estimates import (
     BEFORE_GOAL,
     EXPECTED,
     FOUND,
-    U0,
-    Row,
     chosen,
     difference,
     estimate,
     levels,
 )
-from planner.report.units import km
+from planner.report.formats import km
 
 REFERENCE = "as in the preset"
 BASE, KNOWN = "all that is known", "as believed"
 TURNS, EQUAL = "four in five turn east", "turns taken for equal"
-NUMBERS = ("radius", "roads", "planning", "tick")  # blocks that change no reading but a number
+NUMBERS = ("radius", "roads", "planning", "tick")  # blocks that change a mere number
 SMALL = 0.02  # share of the value that is called little
 
 
-def claims(found: Found) -> Iterator[Claim]:
-    """Yield what the studies of readings, particles and beliefs say."""
+def claims(found: ResultsByName) -> Iterator[Claim]:
+    """Yield what the studies of interpretations, particles and beliefs say."""
     if "readings" in found:
         yield _readings(found["readings"].rows)
         yield _sixteen(found["readings"].rows)
@@ -66,9 +65,9 @@ def _readings(rows: Sequence[Row]) -> Claim:
             apart = difference(chosen(rows, {**where, **here}), chosen(rows, {**base, **here}))
             cells.append(apart.change if apart else "-")
             if apart and value and not where["block"].startswith(NUMBERS):
-                told = f"`{name}` at {km(u0)}, {apart.change} beside {value.seconds}"
+                change = f"`{name}` at {km(u0)}, {apart.change} beside {value.seconds}"
                 if apart.low > 0 or apart.high < 0:
-                    largest = max(largest, (abs(apart.mean) / value.mean, told))
+                    largest = max(largest, (abs(apart.mean) / value.mean, change))
         lines.append(cells)
     return Claim(
         "Which reading of the pseudo-code matters?",
@@ -76,9 +75,9 @@ def _readings(rows: Sequence[Row]) -> Claim:
         "greedy with one option changed at a time, all else as in the preset; all paths from "
         "the origin; change of the mean detection time, paired by seed",
         "beyond the paper",
-        f"The largest change that a reading makes and that chance does not explain is "
-        f"{100 * largest[0]:.0f} %: {largest[1]}. What is no reading but a number, the radius "
-        "say, stands in the last rows.",
+        f"The largest change that an interpretation makes and that chance does not explain is "
+        f"{100 * largest[0]:.0f} %: {largest[1]}. Changes of a mere number, such as the "
+        "radius, stand in the last rows.",
         markdown_table(["", *map(km, distances)], lines),
     )
 
@@ -121,7 +120,7 @@ def with_bias(rows: Sequence[Row]) -> list[Row]:
 
 def _thousand(rows: Sequence[Row]) -> Claim:
     lines = []
-    told = ""
+    at_1000 = ""
     for method in levels(rows, "method"):
         for sampling in levels(rows, "search.sampling"):
             for count in sorted(levels(chosen(rows, {"method": method}), "search.particles")):
@@ -146,15 +145,17 @@ def _thousand(rows: Sequence[Row]) -> Claim:
                     )
                 )
                 if (method, sampling, count) == ("greedy", "iid", 1000):
-                    told = f"At 1,000 independent particles greedy's own figure is {bias.change} "
+                    at_1000 = (
+                        f"At 1,000 independent particles greedy's own figure is {bias.change} "
+                    )
     return Claim(
         "The number of samples: as many as we can computationally afford, 1,000",
         "Section 4.2",
         "u0 = 120 km, targets as believed; bias: value on all targets minus the plan's own figure "
         "on its particles; range: largest minus smallest value over seeds",
         "beyond the paper",
-        f"{told}off; the table shows what more particles, and Sobol points, do."
-        if told
+        f"{at_1000}off; the table shows what more particles, and Sobol points, do."
+        if at_1000
         else "The table shows what more particles, and Sobol points, do.",
         markdown_table(["method", "particles", "value", "bias", "range", "seeds"], lines),
     )
@@ -193,7 +194,7 @@ def _losses(
     *,
     against: str = BASE,
 ) -> Iterator[tuple[str, ...]]:
-    told = EQUAL if block == BASE else block
+    planned_with = EQUAL if block == BASE else block
     for method in ("greedy", "best"):
         for u0 in sorted(levels(rows, U0)):
             where = {"method": method, U0: u0, "targets": targets}
@@ -202,7 +203,7 @@ def _losses(
             )
             if apart is not None:
                 losses.append((apart.low, apart.high))
-                yield told, method, km(u0), targets, apart.change
+                yield planned_with, method, km(u0), targets, apart.change
 
 
 def _wrong(rows: Sequence[Row]) -> Claim:
@@ -220,8 +221,8 @@ def _wrong(rows: Sequence[Row]) -> Claim:
                 if value and found and before and apart:
                     cells = (value.seconds, apart.change, found.percent, before.percent)
                     lines.append((targets, method, km(u0), *cells))
-                    told = f"{method} at {km(u0)} most, {apart.change}: {targets}"
-                    most = max(most, (apart.mean, told))
+                    case = f"{method} at {km(u0)} most, {apart.change}: {targets}"
+                    most = max(most, (apart.mean, case))
     return Claim(
         "What does a wrong belief cost?",
         "not in the paper",

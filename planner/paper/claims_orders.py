@@ -2,18 +2,20 @@
 
 from collections.abc import Iterator, Sequence
 
-from planner.paper.claims import Claim, Found, markdown_table
+from planner.experiments.results import Row
+from planner.paper.claims import Claim, ResultsByName, markdown_table
+from planner.paper.figures import U0
 from planner.paper.optimum import BOUND
-from planner.report.estimates import EXPECTED, FOUND, Row, estimate, levels
-from planner.report.units import km
+from planner.report.estimates import EXPECTED, FOUND, estimate, levels
+from planner.report.formats import km
 
-TAKE_OFF, TRANSIT, PLACE = "uav.take_off_s", "sensor.detects_in_transit", "uav.start.distance_m"
+TAKE_OFF, TRANSIT = "uav.take_off_s", "sensor.detects_in_transit"
 CERTAIN = 1.0 - 1e-9
 PAPERS_MOVEMENTS = 2
 PAPERS_ORDERS = 645_120
 
 
-def claims(found: Found) -> Iterator[Claim]:
+def claims(found: ResultsByName) -> Iterator[Claim]:
     """Yield what the studies of orders say of the paper's claims."""
     if "section3" in found:
         rows = _sound(found["section3"].rows)
@@ -70,8 +72,8 @@ def _breadth_first(rows: Sequence[Row]) -> Claim:
 def _left_out(rows: Sequence[Row]) -> str:
     """Tell which roads the breadth-first orders never fly, by the name of the order."""
     orders = {row["order"]: row["never_flown"] for row in rows if not _keeps_precedence(row)}
-    told = [f"{order}: {roads or 'none'}" for order, roads in orders.items()]
-    return f" Roads that are never flown: {'; '.join(told)}."
+    unflown = [f"{order}: {roads or 'none'}" for order, roads in orders.items()]
+    return f" Roads that are never flown: {'; '.join(unflown)}."
 
 
 def _precedence(rows: Sequence[Row], grid: Sequence[Row]) -> Claim:
@@ -121,15 +123,15 @@ def _guarantee(rows: Sequence[Row]) -> Claim:
     for order in levels(rows, "order"):
         mine = [row for row in rows if row["order"] == order]
         cells = [order, str(mine[0]["extra_movements"])]
-        for place in levels(rows, PLACE):
-            here = [row for row in mine if row[PLACE] == place]
+        for place in levels(rows, U0):
+            here = [row for row in mine if row[U0] == place]
             ends, last = here[0]["flight_ends_s"], max(row["last_found_s"] for row in here)
             cells.append(f"{ends:,.0f} s ({last:,.0f} s)")
         lines.append(cells)
     queues = [f"topological, {name} in first out" for name in ("first", "last")]
     fifo, lifo = (next(r["flight_ends_s"] for r in rows if r["order"] == q) for q in queues)
     certain = all(row[FOUND] >= CERTAIN for row in rows if row["order"] in queues)
-    places = [f"u0 = {km(place)}" for place in levels(rows, PLACE)]
+    places = [f"u0 = {km(place)}" for place in levels(rows, U0)]
     return Claim(
         "Q does not need to be a FIFO queue and a set may be used; in many cases this results in "
         "an unbalanced search",
@@ -196,8 +198,8 @@ def _check(rows: Sequence[Row]) -> str:
 def _from_optimal(rows: Sequence[Row]) -> Claim:
     names = [name for name in levels(rows, "what") if name != BOUND]
     lines, gaps = [], []
-    for u0_m in levels(rows, PLACE):
-        here = {PLACE: u0_m}
+    for u0_m in levels(rows, U0):
+        here = {U0: u0_m}
         values = [estimate(rows, {**here, "what": name}) for name in (BOUND, *names)]
         above = [estimate(rows, {**here, "what": name}, "gap") for name in names]
         gaps.append(above[0].mean if above[0] else 0.0)

@@ -24,7 +24,7 @@ UNDER_READING = (
 
 
 def well_under(one: Estimate) -> bool:
-    """Tell whether a mean is under the horizon by a margin that means something."""
+    """Return whether a mean is under the horizon by a margin that means something."""
     return one.high < UNDER * HORIZON_S
 
 

@@ -4,27 +4,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from planner.paper.claims import Claim, Found, Verdict, markdown_table
+from planner.experiments.results import Row
+from planner.paper.claims import Claim, ResultsByName, Verdict, markdown_table
 from planner.paper.claims_shared import EXHAUSTIVE, GREEDY, UNDER_READING, well_under
-from planner.paper.figures import ALL, HORIZON_S, PATHS, SPEEDS
-from planner.report.estimates import (
-    FOUND,
-    U0,
-    Estimate,
-    Row,
-    chosen,
-    difference,
-    estimate,
-    levels,
-)
-from planner.report.units import km
+from planner.paper.figures import ALL, HORIZON_S, PATHS, SPEEDS, U0
+from planner.report.estimates import FOUND, Estimate, chosen, difference, estimate, levels
+from planner.report.formats import km
 
 READING = (
     "preset `paper`, targets at 15, 20 and 25 m/s, over all paths and on EESSSEESSE; paired by seed"
 )
 
 
-def claims(found: Found) -> Iterator[Claim]:
+def claims(found: ResultsByName) -> Iterator[Claim]:
     """Yield what Figure 9 says of the paper's claims."""
     if "figure9" not in found:
         return
@@ -61,7 +53,7 @@ def _grows_with_speed(rows: Sequence[Row]) -> Claim:
         cells.append(from_20.change if from_20 else "-")
         _count(middle, from_20)
         lines.append(cells)
-    told = "; ".join(
+    counts = "; ".join(
         f"{name}: longer at {up} distances, shorter at {down}, of {len(lines)}"
         for name, (up, down) in signs.items()
     )
@@ -73,7 +65,7 @@ def _grows_with_speed(rows: Sequence[Row]) -> Claim:
         "Section 5",
         READING,
         "in part" if falls else "reproduced",
-        f"From 15 to 25 m/s the mean detection time over all paths gets, {told}. Where neither, "
+        f"From 15 to 25 m/s the mean detection time over all paths gets, {counts}. Where neither, "
         f"no target of either speed is found in time, or chance explains it. {_edge(rows)} From "
         f"20 to 25 m/s greedy's gets longer at {middle[0]} distances and shorter at {middle[1]}.",
         markdown_table([*header, "greedy, all, from 20 to 25 m/s"], lines),
@@ -140,16 +132,16 @@ def _edge(rows: Sequence[Row]) -> str:
         found = {u0: estimate(rows, {**where, U0: u0}, FOUND) for u0 in levels(rows, U0)}
         missed[speed] = max((1.0 - one.mean, u0) for u0, one in found.items() if one)
     (slow, at_m), (fast, fast_at_m) = missed[SPEEDS[0]], missed[SPEEDS[-1]]
-    told = (
+    missing = (
         f"Greedy never finds up to {100 * slow:.1f} % of the targets at {SPEEDS[0]} m/s (at "
         f"{km(at_m)}) and up to {100 * fast:.1f} % of those at {SPEEDS[-1]} m/s (at "
         f"{km(fast_at_m)})"
     )
     if slow <= fast:
-        return f"{told}."
+        return f"{missing}."
     return (
-        f"{told}: slow ones from the origin are the edge of what the UAV believes, so that a plan "
-        "which has met all its particles can miss one that lags behind."
+        f"{missing}: slow ones from the origin are the edge of what the UAV believes, so that a "
+        "plan which has met all its particles can miss one that lags behind."
     )
 
 
@@ -165,7 +157,7 @@ def _found_table(rows: Sequence[Row]) -> str:
     return markdown_table(["u0", *(f"found, {speed} m/s" for speed in SPEEDS)], lines)
 
 
-def _arrives(found: Found) -> Claim:
+def _arrives(found: ResultsByName) -> Claim:
     results = found["figure9"]
     first = chosen(results.rows, {"targets": f"{ALL}, 15 m/s"})[0]["id"]
     sets = results.figures[first]["sets"]

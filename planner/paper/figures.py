@@ -5,14 +5,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.experiments.results import Row
 from planner.files import written_whole
-from planner.report.estimates import EXPECTED, U0, Row, estimate, levels
+from planner.report.estimates import EXPECTED, estimate, levels
 from planner.report.picture import AS_FILE, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+U0 = "uav.start.distance_m"  # the paper's name for how far from the origin the UAV begins
 HORIZON_S = 10_000.0
 ALL, ALL_20 = "all paths", "all paths, 20 m/s"
 PATHS = ("east, then south", "south, then east", "staircase", "EESSSEESSE")

@@ -1,4 +1,4 @@
-"""How far plans are from the best that there can be: their values beside a lower bound.
+"""How far plans are from the best possible: their values beside a lower bound.
 
 The bound holds for all plans over roads on the same particles, whatever found them.
 """
@@ -6,12 +6,13 @@ The bound holds for all plans over roads on the same particles, whatever found t
 from typing import Any
 
 from planner.bounds.certificate import Effort, certified, gap_of
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
 from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem_of
 from planner.search.methods import method_named
+from planner.search.stop import WorkDone
 
-METHODS = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
+COMPARED = ("greedy", "lookahead", "best")  # the last one's plan is what the bound is sought for
 STEP_WORK = 250  # units of search.work for one step of the search for better prices
 BOUND = "no plan over roads is better than"
 
@@ -26,15 +27,15 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
     recorder = Recorder(opened, 1)
     futures = recorder.planning().futures
     values = {}
-    for name in METHODS:
+    for name in COMPARED:
         method = method_named(name)
         holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
         problem = problem_of(opened, futures, method=method)
-        plan = make_plan(method, opened, recorder, futures, holdout=holdout)
+        plan = make_plan(method, opened, recorder, futures, holdout=holdout).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         values[name] = flown.expected_detection_time_s
     steps = max(1, opened.scenario.search.work // STEP_WORK)
-    bound_s = certified(problem, plan, Effort(steps=steps)).bound
+    bound_s = certified(problem, plan, Effort(stop=WorkDone(steps))).bound
     rows = [
         {"what": name, "expected_detection_time_s": value_s, "gap": gap_of(value_s, bound_s)}
         for name, value_s in values.items()

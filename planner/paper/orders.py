@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
 from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.search.exact import OrderValues, enumerate_orders
@@ -18,7 +18,7 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.streams import stream
 
-METHODS = ("exact", "best", "lookahead", "rate", "greedy", "exhaustive", "exhaustive-shortest")
+COMPARED = ("exact", "best", "lookahead", "rate", "greedy", "exhaustive", "exhaustive-shortest")
 BINS = 120
 FLOWN = 500  # orders drawn at random and flown on their own, to check the enumeration
 SAME_S = 1e-6  # values this close are equal
@@ -41,8 +41,8 @@ def orders_of(condition: Condition) -> dict[str, Any]:
         _row("all orders: worst", float(every.value.max()), every.value),
         _random_row(problem, every, condition.seed),
     ]
-    for name in METHODS:
-        plan = make_plan(method_named(name), opened, Recorder(opened, 1), futures)
+    for name in COMPARED:
+        plan = make_plan(method_named(name), opened, Recorder(opened, 1), futures).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
         rows.append(_row(name, flown.expected_detection_time_s, every.value))
     counts, edges_s = np.histogram(every.value, BINS)
@@ -62,7 +62,7 @@ def _row(name: str, value_s: float, values: Floats) -> dict[str, Any]:
 
 
 def _random_row(problem: Problem, every: OrderValues, seed: int) -> dict[str, Any]:
-    """Return the mean of orders drawn at random, each flown and judged as plans are."""
+    """Return the mean of orders drawn at random, each flown and evaluated as plans are."""
     drawn = stream(seed, "orders").integers(0, len(every), FLOWN).tolist()
     flown = np.array([_value(problem, every.order(index)) for index in drawn])
     row = _row(f"{FLOWN} random orders: mean", float(flown.mean()), every.value)

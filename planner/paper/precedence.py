@@ -2,13 +2,16 @@
 
 from collections import deque
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
+from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import targets_of
+from planner.flight.legs import Legs, legs_named
 from planner.flight.plan import Plan
 from planner.mission.recorder import Recorder, problem_of
 from planner.network.road_network import RoadNetwork
@@ -19,12 +22,12 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
 
-# Orders that Section 3 prints for its Figure 1; a road named from its end is flown against it.
+# Orders that Section 3 prints for its Figure 1; what it calls DB is road BD flown against.
 PRINTED = {
     "breadth-first, as printed": "AB BC BD BE CD CF EF FG",
     "topological A B C E D F G, as printed": "AB BC BD BE CD CF ED EF DF FG",
     "topological A B E C D F G": "AB BC BD BE ED EF CD CF DF FG",
-    "optimised, as printed": "AB BC DB BE ED EF FC CD DF FG",
+    "optimised, as printed": "AB BC !BD BE ED EF !CF CD DF FG",
 }
 
 
@@ -49,8 +52,8 @@ def precedence_of(condition: Condition) -> dict[str, Any]:
                 "detection_probability": flown.detection_probability,
                 "expected_detection_time_s": flown.expected_detection_time_s,
                 "last_found_s": float(flown.seen_at[flown.found].max(initial=0.0)),
-                "flight_ends_s": plan.tracks[0].end_s,
-                "roads": len(plan.legs[0]),
+                "flight_ends_s": max(track.end_s for track in plan.tracks),
+                "roads": sum(map(len, plan.legs)),
                 "extra_movements": _movements(problem, plan),
                 "never_flown": _never_flown(problem, plan),
             }
@@ -67,7 +70,7 @@ def _plans(problem: Problem) -> dict[str, Plan]:
     orders["topological, last in first out"] = _forward(last_in_first_out(network))
     plans = {name: plan_of_legs(problem, name, legs) for name, legs in orders.items()}
     rng = stream(0, "precedence")  # the search draws nothing
-    plans["topological, shortest"] = exhaustive_shortest(problem, budget=Budget(), rng=rng)
+    plans["topological, shortest"] = exhaustive_shortest(problem, budget=Budget(), rng=rng).plan
     return plans
 
 
@@ -91,32 +94,26 @@ def last_in_first_out(network: RoadNetwork) -> list[int]:
 
 
 def _forward(roads: Sequence[int]) -> list[int]:
-    return [2 * road for road in roads]
+    return [Legs.along(road) for road in roads]
 
 
 def _legs(network: RoadNetwork, names: Sequence[str]) -> list[int] | None:
     """Return the legs with these names, None if the network has other roads."""
-    index = {name: road for road, name in enumerate(network.road_ids)}
-    legs = []
-    for name in names:
-        if name in index:
-            legs.append(2 * index[name])
-        elif name[::-1] in index:
-            legs.append(2 * index[name[::-1]] + 1)
-        else:
-            return None
-    return legs
+    try:
+        return legs_named(network, names)
+    except InputError:
+        return None
 
 
 def _movements(problem: Problem, plan: Plan) -> int:
     """Return how often the UAV moves from the end of a road to the start of another place."""
-    legs = [flown.leg for flown in plan.legs[0]]
-    ends, starts = problem.legs.to_node[legs[:-1]], problem.legs.from_node[legs[1:]]
-    return int((ends != starts).sum())
+    flights = ([flown.leg for flown in legs] for legs in plan.legs)
+    hops = [hop for legs in flights for hop in pairwise(legs)]
+    return sum(problem.legs.ends(a)[1] != problem.legs.ends(b)[0] for a, b in hops)
 
 
 def _never_flown(problem: Problem, plan: Plan) -> str:
     """Return the names of the roads that a plan leaves out, with spaces between."""
-    flown = {leg.leg // 2 for leg in plan.legs[0]}
+    flown = {leg.road for legs in plan.legs for leg in legs}
     roads = enumerate(problem.network.road_ids)
     return " ".join(name for road, name in roads if road not in flown)

@@ -3,8 +3,8 @@
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+from planner.experiments.results import Row
 from planner.experiments.run import Results
 from planner.files import written_whole
 from planner.paper import (
@@ -15,7 +15,8 @@ from planner.paper import (
     figures,
 )
 from planner.paper.claims import Claim, judged, page
-from planner.report.estimates import FOUND, U0, Row, estimate
+from planner.paper.figures import U0
+from planner.report.estimates import FOUND, estimate
 
 PAGE, CURVES = "claims.md", "curves.csv"
 CURVE = ("targets", "block", "method", U0)
@@ -28,8 +29,8 @@ JUDGES = (
 HEAD = """\
 # The claims of the paper, tested
 
-Kamrani and Ayani, *Simulation-aided path planning of UAV*, 2007: its claims, the reading under
-which each was tested, and what came of it. `planner experiment paper` made this page and all
+Kamrani and Ayani, *Simulation-aided path planning of UAV*, 2007: its claims, the interpretation
+under which each was tested, and the result. `planner experiment paper` made this page and all
 numbers in it. Intervals are 95 %, Student's, over seeds; differences are paired, as all methods
 meet the same futures and the same targets. Where no interval stands, nothing in the number is left
 to chance.
@@ -80,7 +81,7 @@ def write_curves(path: Path, found: Mapping[str, Results]) -> None:
         table.writerow(["figure", *CURVE, "mean_s", "low_s", "high_s", "detection_probability"])
         for figure in ("figure8", "figure9"):
             rows = found[figure].rows if figure in found else ()
-            groups: dict[tuple[Any, ...], list[Row]] = {}
+            groups: dict[tuple[object, ...], list[Row]] = {}
             for row in rows:
                 groups.setdefault(tuple(row[key] for key in CURVE), []).append(row)
             for key, group in groups.items():

@@ -8,8 +8,8 @@ import numpy as np
 from planner.detection.evaluation import Evaluation
 from planner.flight.pieces import flight_span
 from planner.flight.plan import Plan
+from planner.report.formats import time_unit
 from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
-from planner.report.units import time_unit
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:

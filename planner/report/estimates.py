@@ -5,13 +5,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from planner.experiments.results import Row
 from planner.intervals import student_interval
 
-Row = Mapping[str, Any]
-
-U0, EXPECTED, FOUND = "uav.start.distance_m", "expected_detection_time_s", "detection_probability"
+EXPECTED, FOUND = "expected_detection_time_s", "detection_probability"
 BEFORE_GOAL = "found_before_goal_probability"
-SELECTIVE = ("targets", U0)  # what leaves the fewest rows is asked first
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,10 @@ class Estimate:
 
 def chosen(rows: Iterable[Row], where: Mapping[str, Any]) -> list[Row]:
     """Return the rows that have these values and did not fail."""
+    # Sets of targets and factors have the most levels: what leaves the fewest rows comes first.
     left = rows
-    for key, value in sorted(where.items(), key=lambda item: item[0] not in SELECTIVE):
-        left = [row for row in left if row.get(key) == value]
+    for key in sorted(where, key=lambda key: key != "targets" and "." not in key):
+        left = [row for row in left if row.get(key) == where[key]]
     return [row for row in left if row.get("reason") is None]
 
 

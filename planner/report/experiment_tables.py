@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from planner.detection.evaluation import Evaluation
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
+from planner.experiments.results import Row
 from planner.intervals import student_interval
+from planner.report.formats import titled_table
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-Row = Mapping[str, Any]
 
 INSTANCES_HEAD = """\
 # The frozen instances, and what each method reaches
@@ -30,7 +30,7 @@ roads may be a little better.
 
 """
 MOST_LINES = 60  # further ones are left out of a terminal
-COLUMNS, OTHERS = 3, "other levels"  # more factors than so many share a column of this name
+COLUMNS, OTHERS = 3, "other levels"  # more factors than that share a column of this name
 
 
 def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
@@ -39,7 +39,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
     Intervals are Student's, over seeds, each with particles and targets of its own, and begin at
     0 s at least; where there is one seed, that of its targets.
     """
-    table = _table(title)
+    table = titled_table(title)
     header, levels, usual = _levels(rows, factors)
     for name in (*header, "method"):
         left = name in ("method", OTHERS)
@@ -57,7 +57,7 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "T
 
 def study_table(rows: Sequence[Row], title: str) -> "Table":
     """Return the rows of a study as they are."""
-    table = _table(title)
+    table = titled_table(title)
     names = [name for name in rows[0] if name not in ("id", "method", "seed", "reason")]
     for name in names:
         right = not isinstance(rows[0][name], str)
@@ -90,7 +90,9 @@ def instances_table(
 ) -> "Table":
     """Return the best value known of each instance, and by how much each method is above it."""
     methods = list(dict.fromkeys(method for _, method in values))
-    table = _table("instances: expected detection time of the best plan known, methods above it")
+    table = titled_table(
+        "instances: expected detection time of the best plan known, methods above it"
+    )
     table.add_column("instance", no_wrap=True)
     table.add_column("best known", justify="right", no_wrap=True)
     for name in ("bound", *methods):
@@ -140,7 +142,7 @@ def failures(rows: Sequence[Row]) -> list[str]:
 
 def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
     """Return the conditions of an experiment, and which of them are finished."""
-    table = _table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
+    table = titled_table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
     rows = [one.levels for one in conditions]
     header, levels, table.caption = _levels(rows, list(conditions[0].levels))
     table.add_column("id", no_wrap=True)
@@ -158,7 +160,7 @@ def _levels(
 ) -> tuple[list[str], list[list[str]], str | None]:
     """Return column names for factors, the cells of each row, and what these leave out.
 
-    Where factors are many, those that mostly have one level share a column, which tells others.
+    Where factors are many, those that mostly have one level share a column, which names the others.
     """
     usual: dict[str, str] = {}
     for key in factors if rows and len(factors) > COLUMNS else ():
@@ -199,11 +201,3 @@ def _mean(values: Sequence[float]) -> float:
 
 def _text(level: Any) -> str:
     return f"{level:g}" if isinstance(level, float) else str(level)
-
-
-def _table(title: str) -> "Table":
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    return Table(title=Text(title), box=box.SIMPLE_HEAD, title_justify="left")

@@ -9,7 +9,6 @@ import numpy as np
 from planner.arrays import Flags, Floats
 from planner.flight.pieces import Piece, along, flight_span
 from planner.flight.plan import Plan
-from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search.problem import Problem
 
@@ -76,24 +75,6 @@ class View:
             axes.tick_params(colors="#444444", length=3)
         else:
             axes.set(xticks=[], yticks=[])
-
-
-def positions(futures: Futures, time_s: float) -> Floats:
-    """Return where all particles are at one time, (N, 2) metres, NaN where they are not."""
-    passed = np.concatenate(([0], np.cumsum(futures.time_s <= time_s)))
-    first, end = futures.first_knot[:-1], futures.first_knot[1:]
-    count = passed[end] - passed[first]
-    there = (count > 0) & ~(futures.gone & (time_s > futures.end_s))
-    xy = np.full((len(futures), 2), np.nan)
-    before = (first + count - 1)[there]
-    after = np.minimum(before + 1, end[there] - 1)
-    span = futures.time_s[after] - futures.time_s[before]
-    share = np.divide(
-        time_s - futures.time_s[before], span, out=np.zeros_like(span), where=span > 0
-    )
-    for axis, column in enumerate((futures.x_m, futures.y_m)):
-        xy[there, axis] = column[before] + share * (column[after] - column[before])
-    return xy
 
 
 def draw_net(axes: "Axes", network: RoadNetwork, view: View, *, width: float) -> "LineCollection":

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.arrays import Floats
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.files import written_whole
 from planner.flight.pieces import pieces
@@ -17,6 +18,7 @@ from planner.futures.futures import NO_EDGE
 from planner.futures.state_at import State
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import draw_curves
+from planner.report.formats import length, time_unit
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -26,10 +28,8 @@ from planner.report.maps import (
     draw_net,
     draw_order,
     draw_targets,
-    positions,
     time_colours,
 )
-from planner.report.units import clock, length, time_unit
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _draw_moment(
 ) -> None:
     view, futures = View.of(problem.network), problem.futures
     draw_net(axes, problem.network, view, width=0.7)
-    xy_m, found = positions(futures, time_s), seen_at <= time_s
+    xy_m, found = futures.positions(time_s), seen_at <= time_s
     for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
         weight = futures.weight[which] / max(float(futures.weight[which].sum()), 1e-300)
         draw_targets(axes, view, xy_m[which], weight, colour=colour, points=105.0)

@@ -1,32 +1,28 @@
 """The files of a run, each written whole."""
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.errors import InputError
+from planner.clock import clock
 from planner.export.sumo_gui import write_overlay
-from planner.files import written_whole
 from planner.flight.plan import Plan
-from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
-from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.plan_file import StoredPlan, figures, read_plan, write_plan
+from planner.mission.plan_file import figures, write_plan
+from planner.mission.run_folder import (
+    EVALUATION,
+    OVERLAY,
+    PICTURE,
+    PLAN,
+)
 from planner.parquet import write_table
-from planner.provenance import sha256_of_file, sha256_of_json
-from planner.report.picture import plan_picture, where_picture
+from planner.report.csv_file import write_csv
+from planner.report.picture import plan_picture
 from planner.report.tables import MethodRow
-from planner.report.units import clock
 from planner.search.problem import Problem
-
-PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
-PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
-RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
-WHERE = ("where.csv", "where.png")
 
 
 def write_run(
@@ -49,58 +45,6 @@ def write_run(
         f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
     }
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
-
-
-def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
-    """Return the scenario of a run as it was planned for, and the plan.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no run, its files are broken, or its network is another one now.
-    """
-    record = folder / PROVENANCE
-    if not record.is_file():
-        raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
-    opened = open_scenario(record)
-    sha256 = json.loads(record.read_text(encoding="utf-8")).get("sha256")
-    if not isinstance(sha256, dict) or sha256.get("net") != opened.network.sha256:
-        raise InputError(
-            f"{record}: the plan was made on another network than there is now; plan again"
-        )
-    return opened, read_plan(folder / PLAN, opened.network)
-
-
-def same_futures(folder: Path, recording: Recording) -> None:
-    """Do nothing if a run was planned on the futures given.
-
-    Raises
-    ------
-    InputError
-        If it was planned on others.
-    """
-    if not is_planned_on(folder, recording):
-        raise InputError(
-            f"{folder / PROVENANCE}: the plan was made on other futures than the scenario gives "
-            "now (given with --futures, or by another version); plan again without --futures"
-        )
-
-
-def is_planned_on(folder: Path, recording: Recording) -> bool:
-    """Tell whether a run was planned on the futures given."""
-    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
-    return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
-
-
-def hashes(
-    opened: OpenScenario, content: Mapping[str, Any], recording: Recording
-) -> dict[str, str]:
-    """Return the SHA-256 of what went into a plan and of the plan."""
-    return {
-        "net": opened.network.sha256,
-        "futures": sha256_of_file(recording.path),
-        "plan": sha256_of_json(content),
-    }
 
 
 def _write_evaluation(path: Path, row: MethodRow) -> None:
@@ -136,7 +80,7 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
                 "leg": str(record.leg[k] or ""),
             }
         )
-    _write_csv(path, rows)
+    write_csv(path, rows)
 
 
 def flight_figures(record: MissionRecord) -> dict[str, Any]:
@@ -173,35 +117,20 @@ def mission_line(record: MissionRecord) -> str:
     return f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}, {goal} it reached its goal"
 
 
-def write_where(
-    folder: Path, opened: OpenScenario, state: State, roads: Sequence[RoadState]
-) -> None:
-    """Write ``where.csv`` and ``where.png``."""
-    rows = []
-    for road in roads:
-        row: dict[str, Any] = {"road": road.edge, "probability": road.probability}
-        for name in ("distance_m", "speed_mps"):
-            quantiles = zip(QUANTILES, getattr(road, name), strict=True)
-            row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
-        rows.append(row)
-    _write_csv(folder / WHERE[0], rows)
-    where_picture(folder / WHERE[1], opened.network, state, title=opened.scenario.title)
-
-
 def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:
     """Write the table of methods as CSV."""
-    _write_csv(path, [compare_cells(row) for row in rows])
+    write_csv(path, [compare_cells(row) for row in rows])
 
 
 def compare_cells(row: MethodRow) -> dict[str, Any]:
     """Return a method's row as plain data; None where the method cannot be used."""
     if row.evaluated is None or row.planned is None:
         return {"method": row.method, "why_not": row.why_not}
-    told = figures(row.evaluated)
-    low_s, high_s = told.pop("ci95_s")
+    summary = figures(row.evaluated)
+    low_s, high_s = summary.pop("ci95_s")
     return {
         "method": row.method,
-        **told,
+        **summary,
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "planned_expected_detection_time_s": row.planned.expected_detection_time_s,
@@ -211,10 +140,3 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
         "planning_s": row.took_s,
         "why_not": row.why_not,
     }
-
-
-def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    import pandas
-
-    with written_whole(path) as new:
-        pandas.DataFrame(rows).to_csv(new, index=False, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""What is said below the tables, in words."""
+"""Sentences that stand below the tables."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -71,7 +71,7 @@ def world_line(limit: float, evaluated: Mapping[str, Any], by_s: float | None) -
     Parameters
     ----------
     evaluated
-        As ``plan.json`` tells it.
+        As ``plan.json`` holds it.
     """
     targets = evaluated["targets"]
     if by_s is None:

@@ -1,24 +1,20 @@
 """Tables for a terminal; plain text where there is none."""
 
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING
 
 from planner.bounds.certificate import gap_of
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
+from planner.flight.legs import leg_ends
 from planner.flight.plan import Plan
-from planner.futures.state_at import QUANTILES, RoadState
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
-from planner.report.doctor import Finding
-from planner.report.units import clock
+from planner.report.formats import percent, titled_table
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
-
-PLAIN_WIDTH = 120  # characters, where no terminal tells its own
 
 
 @dataclass(frozen=True)
@@ -46,33 +42,12 @@ def row_of(trial: Trial) -> MethodRow:
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
-def console(file: TextIO | None = None) -> "Console":
-    """Return where tables are printed: coloured on a terminal unless NO_COLOR is set.
-
-    Parameters
-    ----------
-    file
-        Standard output if left out.
-    """
-    from rich.console import Console
-
-    as_they_are: dict[str, Any] = {
-        "highlight": False,
-        "markup": False,
-        "emoji": False,
-    }  # names may hold [brackets]
-    found = Console(file=file, **as_they_are)
-    if found.is_terminal or "COLUMNS" in os.environ:
-        return found
-    return Console(file=file, width=PLAIN_WIDTH, **as_they_are)
-
-
 def plan_table(row: MethodRow) -> "Table":
     """Return what a plan achieves on its own futures and on fresh targets."""
     assert row.planned is not None
     assert row.evaluated is not None
     both = (row.planned, row.evaluated)
-    table = _table(f"{row.method}: {row.roads} roads" if row.roads else row.method)
+    table = titled_table(f"{row.method}: {row.roads} roads" if row.roads else row.method)
     table.add_column("")
     table.add_column(f"{len(row.planned.weight):,} futures planned with", justify="right")
     table.add_column(f"{len(row.evaluated.weight):,} fresh targets", justify="right")
@@ -81,15 +56,15 @@ def plan_table(row: MethodRow) -> "Table":
     before = row.evaluated.found_before_goal_interval
     by_s = row.evaluated.objective.by_s
     if by_s is not None:
-        shares = [_share(e.found_by_probability(by_s)) for e in both]
+        shares = [percent(e.found_by_probability(by_s)) for e in both]
         table.add_row(_by(by_s), *shares, _shares(row.evaluated.found_by_interval(by_s)))
     lines = (
         ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
-        ("found", [_share(e.detection_probability) for e in both], found),
-        ("found before its goal", [_share(e.found_before_goal_probability) for e in both], before),
+        ("found", [percent(e.detection_probability) for e in both], found),
+        ("found before its goal", [percent(e.found_before_goal_probability) for e in both], before),
     )
     for name, cells, interval in lines:
-        kind = _seconds if interval is time_s else _share
+        kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
     gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
     table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
@@ -98,25 +73,24 @@ def plan_table(row: MethodRow) -> "Table":
 
 def legs_table(plan: Plan, network: RoadNetwork) -> "Table":
     """Return the roads of a plan in the order flown, with times on the target's clock."""
-    table = _table("roads in the order flown")
+    table = titled_table("roads in the order flown")
     for name, right in (("#", 1), ("road", 0), ("from", 0), ("to", 0), ("start", 1), ("end", 1)):
         table.add_column(name, justify="right" if right else "left")
     for legs in plan.legs:
         for order, leg in enumerate(legs, 1):
-            ends = [network.road_from[leg.road], network.road_to[leg.road]]
-            names = [network.node_ids[node] for node in (ends[::-1] if leg.leg % 2 else ends)]
+            ends = leg_ends(network, leg.leg)
             times = (clock(leg.start_s), clock(leg.end_s))
-            table.add_row(str(order), network.road_ids[leg.road], *names, *times)
+            table.add_row(str(order), network.road_ids[leg.road], *ends, *times)
     return table
 
 
 def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     """Return methods side by side, on the same futures and the same fresh targets.
 
-    A method that cannot be used keeps its row and says why. Where bounds are known, a column tells
+    A method that cannot be used keeps its row and says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
     """
-    table = _table(title)
+    table = titled_table(title)
     table.add_column("method", no_wrap=True, overflow="ignore")
     rows = list(rows)
     deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
@@ -142,46 +116,16 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
     return table
 
 
-def where_table(
-    rows: Sequence[RoadState], *, time_s: float, elsewhere_probability: float, most: int = 20
-) -> "Table":
-    """Return where the target is believed to be, road by road, the likeliest first.
-
-    Parameters
-    ----------
-    elsewhere_probability
-        Probability that it is gone, never was there, or has not set out yet.
-    most
-        How many roads are named; the others stand in one row.
-    """
-    table = _table(f"where the target may be at {clock(time_s)}")
-    table.add_column("road")
-    table.add_column("probability", justify="right")
-    quantiles = ", ".join(f"{share:.0%}" for share in QUANTILES)
-    table.add_column(f"distance, m ({quantiles})", justify="right")
-    table.add_column("speed, m/s", justify="right")
-    for row in rows[:most]:
-        distance = " ".join(f"{metres:>7,.0f}" for metres in row.distance_m)
-        speed = " ".join(f"{mps:5.1f}" for mps in row.speed_mps)
-        table.add_row(row.edge, _share(row.probability), distance, speed)
-    if len(rows) > most:
-        rest = sum(row.probability for row in rows[most:])
-        table.add_row(f"{len(rows) - most} other roads", _share(rest), "", "")
-    if elsewhere_probability > 1e-9:
-        table.add_row("not on the roads", _share(elsewhere_probability), "", "")
-    return table
-
-
 def flights_table(evaluation: Evaluation) -> "Table":
     """Return what flights against true targets achieved, with 95 % intervals."""
-    table = _table(f"{len(evaluation.weight):,} flights")
+    table = titled_table(f"{len(evaluation.weight):,} flights")
     for name in ("", "value", "95 % interval"):
         table.add_column(name, justify="right" if name else "left")
     found, before = evaluation.found_interval, evaluation.found_before_goal_interval
     if evaluation.objective.by_s is not None:
         by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
         within = evaluation.found_by_interval(evaluation.objective.by_s)
-        table.add_row(_by(evaluation.objective.by_s), _share(by_deadline), _shares(within))
+        table.add_row(_by(evaluation.objective.by_s), percent(by_deadline), _shares(within))
     seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
     expected = _seconds(evaluation.expected_detection_time_s)
     table.add_row("expected detection time", expected, " .. ".join(seconds))
@@ -189,19 +133,7 @@ def flights_table(evaluation: Evaluation) -> "Table":
         ("found", evaluation.detection_probability, found),
         ("found before its goal", evaluation.found_before_goal_probability, before),
     ):
-        table.add_row(name, _share(share), _shares(interval))
-    return table
-
-
-def doctor_table(findings: Iterable[Finding]) -> "Table":
-    """Return what was examined, faults marked and with their remedy."""
-    table = _table("")
-    for name in ("", "", "found", "remedy"):
-        table.add_column(name, overflow="fold")
-    for finding in findings:
-        mark = "ok" if finding.fine else "FAULT"
-        style = None if finding.fine else "bold red"
-        table.add_row(mark, finding.what, finding.told, finding.remedy, style=style)
+        table.add_row(name, percent(share), _shares(interval))
     return table
 
 
@@ -209,24 +141,16 @@ def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str
     low_s, high_s = evaluated.ci95_s
     by_s = evaluated.objective.by_s
     return [
-        *([] if by_s is None else [_share(evaluated.found_by_probability(by_s))]),
+        *([] if by_s is None else [percent(evaluated.found_by_probability(by_s))]),
         _seconds(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
-        _share(evaluated.detection_probability),
-        _share(evaluated.found_before_goal_probability),
+        percent(evaluated.detection_probability),
+        percent(evaluated.found_before_goal_probability),
         "-" if row.planned is None else _seconds(row.planned.expected_detection_time_s),
         *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",
         "-" if row.took_s is None else _short(row.took_s),
     ]
-
-
-def _table(title: str) -> "Table":
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    return Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
 
 
 def _seconds(seconds: float) -> str:
@@ -238,7 +162,7 @@ def _short(seconds: float) -> str:
 
 
 def _gap(row: MethodRow) -> str:
-    return "-" if row.gap is None else _share(row.gap)
+    return "-" if row.gap is None else percent(row.gap)
 
 
 def _by(time_s: float) -> str:
@@ -246,8 +170,4 @@ def _by(time_s: float) -> str:
 
 
 def _shares(interval: tuple[float, float]) -> str:
-    return f"{_share(interval[0])} .. {_share(interval[1])}"
-
-
-def _share(probability: float) -> str:
-    return f"{probability * 100:.1f} %"
+    return f"{percent(interval[0])} .. {percent(interval[1])}"

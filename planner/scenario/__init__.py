@@ -1,1 +1,1 @@
-"""What a person writes about a search: read, checked, its faults told together."""
+"""What a person writes about a search: read and checked, with all its faults reported together."""

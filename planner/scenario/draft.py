@@ -1,7 +1,7 @@
 """From a scenario's file to a `Scenario`, or to all of its faults at once.
 
 Nothing here opens a network: what needs one is checked by `planner.mission.opening`, which starts
-from the `Draft` made here so that all faults of a scenario are told together.
+from the `Draft` made here, so that all faults of a scenario are reported together.
 """
 
 import logging
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from planner.errors import ScenarioError
+from planner.errors import Fault, ScenarioError
 from planner.messages import shown, suggestion
 from planner.scenario import checks
-from planner.scenario.faults import fault_lines
+from planner.scenario.faults import faults_of
 from planner.scenario.sections import (
     SECTIONS,
     GreedySection,
@@ -47,8 +47,8 @@ class Draft:
     sensor: SensorSection | None
     search: SearchSection | None
     greedy: GreedySection | None
-    truth_keys: frozenset[str]  # what the file says of the truth alone
-    faults: tuple[str, ...]
+    truth_keys: frozenset[str]  # what the file says about the truth alone
+    faults: tuple[Fault, ...]
 
     @property
     def folder(self) -> Path:
@@ -84,7 +84,7 @@ def read_scenario(
     InputError
         If there is no such scenario.
     ScenarioError
-        With all faults that can be told without the network.
+        With all faults that can be found without the network.
     """
     return read_draft(place, preset=preset, overrides=overrides).scenario()
 
@@ -116,10 +116,10 @@ def read_draft(
     if source.parsed:
         for key, model in SECTIONS.items():
             sections[key], errors = model.attempt(tables[key])
-            found = [*fault_lines(key, model, errors)]
+            found = [*faults_of(key, model, errors)]
             found += _own_faults(key, sections[key], source.folder, sound=not errors)
-            # What the truth shares with the target is told there.
-            faults += checks.about(found, key, truth) if key == "truth" else found
+            # What the truth shares with the target is reported there.
+            faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
         faults += _joint_faults(sections, faults)
     return Draft(
         path=source.path,
@@ -130,25 +130,30 @@ def read_draft(
     )
 
 
-def _tables(source: Source, faults: list[str]) -> tuple[str, dict[str, Any], Mapping[str, Any]]:
-    """Return the title, a table for each section, and what is said of the truth alone."""
+def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], Mapping[str, Any]]:
+    """Return the title, a table for each section, and what is said about the truth alone."""
     tables = {key: source.tables.get(key, {}) for key in SECTIONS}
     title = source.tables.get("title", "")
     if not isinstance(title, str):
-        faults.append(f"title: should be text in quotes, not {shown(title)}; give one line")
+        text = f"should be text in quotes, not {shown(title)}; give one line"
+        faults.append(Fault("title", text))
     known = [*SECTIONS, "title"]
     unknown = [key for key in source.tables if key not in known]
-    faults += [f"{key}: is not a known section; {suggestion(key, known)}" for key in unknown]
+    faults += [
+        Fault(key, f"is not a known section; {suggestion(key, known)}", unknown=True)
+        for key in unknown
+    ]
     truth = tables["truth"]
     if not isinstance(truth, dict):
-        faults.append(f"truth: should be a table, not {shown(truth)}; give keys as in [target]")
+        text = f"should be a table, not {shown(truth)}; give keys as in [target]"
+        faults.append(Fault("truth", text))
         truth = {}
     known_of_target = tables["target"] if isinstance(tables["target"], dict) else {}
     tables["truth"] = {**known_of_target, **truth}
     return str(title), tables, truth
 
 
-def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool) -> list[str]:
+def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool) -> list[Fault]:
     if isinstance(section, NetworkSection):
         # A source that is there but faulty is not one that is missing.
         choice = checks.source_faults(section) if sound else ()
@@ -158,10 +163,10 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
     return []
 
 
-def _joint_faults(sections: Mapping[str, Any], faults: Sequence[str]) -> list[str]:
-    """Return what sections disagree on, where the keys that it hangs on are themselves sound."""
+def _joint_faults(sections: Mapping[str, Any], faults: Sequence[Fault]) -> list[Fault]:
+    """Return what sections disagree on, where the keys that it depends on are themselves sound."""
     target, uav, search = (sections[key] for key in ("target", "uav", "search"))
-    found: list[str] = []
+    found: list[Fault] = []
     if target and uav and search and not _any_about(faults, *checks.HORIZON_KEYS):
         found += checks.horizon_faults(target, uav, search)
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
@@ -169,5 +174,5 @@ def _joint_faults(sections: Mapping[str, Any], faults: Sequence[str]) -> list[st
     return found
 
 
-def _any_about(faults: Sequence[str], *keys: str) -> bool:
-    return any(fault.startswith(keys) for fault in faults)
+def _any_about(faults: Sequence[Fault], *keys: str) -> bool:
+    return any(fault.is_about(*keys) for fault in faults)

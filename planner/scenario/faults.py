@@ -1,9 +1,10 @@
-"""Faults of a scenario's tables in plain words: the key, what is wrong, the remedy."""
+"""Faults of a scenario's tables in plain words: the key, what is wrong and the remedy."""
 
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from planner.errors import Fault
 from planner.messages import shown, suggestion
 
 # What the checks of a single value report, by the name of the check.
@@ -27,8 +28,8 @@ SHOULD = {
 }
 
 
-def fault_lines(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield one line for each thing that is wrong with a section.
+def faults_of(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> Iterator[Fault]:
+    """Yield each thing that is wrong with a section.
 
     Parameters
     ----------
@@ -40,13 +41,14 @@ def fault_lines(key: str, model: type, errors: Iterable[Mapping[str, Any]]) -> I
         What the check of the section reports.
     """
     for error in errors:
-        yield f"{dotted(key, error['loc'])}: {_what(error, model)}"
+        unknown = error["type"] == "extra_forbidden"
+        yield Fault(dotted(key, error["loc"]), _what(error, model), unknown)
 
 
 def dotted(key: str, place: Sequence[str | int]) -> str:
     """Return the dotted key of a place in a section.
 
-    Names that begin with ~ tell the checker's branches apart; nobody writes them.
+    Names that begin with ~ mark the checker's branches; nobody writes them.
     """
     written = [part for part in place if not _is_branch(part)]
     return key + "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in written)

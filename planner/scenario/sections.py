@@ -81,7 +81,7 @@ class TargetSection(Section):
 
 
 class UavSection(Section):
-    """The UAV; its times count from now, `Scenario.take_off_s` tells them on the target's clock."""
+    """The UAV; its times count from now; `Scenario.take_off_s` is on the target's clock."""
 
     stand_in: ClassVar[dict[str, Any]] = {"start": {"x_m": 0, "y_m": 0}}
 
@@ -140,18 +140,18 @@ class SearchSection(Section):
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="a whole number from 0 on")
     work: Annotated[int, Field(ge=1)] = Field(
         default=80_000,
-        description="how many legs a search may fly in thought, such as 80000",
+        description="how many simulated legs a search may fly, such as 80000",
     )
     free: bool = Field(
         default=False, description="true if the best plan may leave the roads, else false"
     )
     planning_time_s: Seconds = Field(
-        default=0.0, description="what planning by simulation is charged, as seconds or H:M:S"
+        default=0.0, description="the time charged for planning by simulation, as seconds or H:M:S"
     )
 
 
 class GreedySection(Section):
-    """Readings of the paper's Figures 4 to 6, the default first."""
+    """Interpretations of the paper's Figures 4 to 6, the default first."""
 
     particles: Literal["once", "anew"] = "once"
     flags: Literal["copied", "times only"] = "copied"

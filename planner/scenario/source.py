@@ -7,10 +7,11 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from planner.errors import InputError
+from planner.errors import Fault, InputError
 from planner.files import shipped, shipped_names
 from planner.messages import shown, suggestion
 
@@ -27,8 +28,8 @@ class Source:
 
     path: Path  # of the file
     tables: Tables
-    faults: tuple[str, ...]
-    parsed: bool = True  # False: the file is not TOML, so nothing else is known of it
+    faults: tuple[Fault, ...]
+    parsed: bool = True  # False: the file is not TOML, so nothing else is known
 
     @property
     def folder(self) -> Path:
@@ -89,9 +90,10 @@ def read_source(
     if fault:
         return Source(path, {}, (fault,), parsed=False)
     presets = tables.pop("presets", {})
-    faults: list[str] = []
+    faults: list[Fault] = []
     if not isinstance(presets, dict):
-        faults.append(f"presets: should be tables, not {shown(presets)}; write [presets.NAME]")
+        text = f"should be tables, not {shown(presets)}; write [presets.NAME]"
+        faults.append(Fault("presets", text))
         presets = {}
     if preset is not None:
         _apply_preset(tables, preset, presets, faults)
@@ -100,16 +102,22 @@ def read_source(
     return Source(path, tables, tuple(faults))
 
 
-def _parsed(path: Path) -> tuple[Tables, str | None]:
+def _parsed(path: Path) -> tuple[Tables, Fault | None]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8")), None
+        return copy.deepcopy(_toml(path.read_text(encoding="utf-8"))), None
     except tomllib.TOMLDecodeError as error:
         what, _, where = str(error).rpartition(" (at ")
-        return {}, f"{where.rstrip(')') or 'TOML'}: {what or error}; correct the TOML there"
+        return {}, Fault(where.rstrip(")") or "TOML", f"{what or error}; correct the TOML there")
     except UnicodeDecodeError as error:
-        return {}, f"byte {error.start}: is not UTF-8 text; save the file as UTF-8"
+        return {}, Fault(f"byte {error.start}", "is not UTF-8 text; save the file as UTF-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+
+
+@lru_cache(8)
+def _toml(text: str) -> Tables:
+    """Return the tables of a text, parsed once while a batch opens the same scenario often."""
+    return tomllib.loads(text)
 
 
 def _of_run(path: Path) -> tuple[Path, Tables]:
@@ -125,35 +133,36 @@ def _of_run(path: Path) -> tuple[Path, Tables]:
         ) from error
 
 
-def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[str]) -> None:
+def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fault]) -> None:
     chosen = presets.get(preset)
     if preset not in presets:
-        faults.append(f"presets.{preset}: is not in this scenario; {suggestion(preset, presets)}")
+        text = f"is not in this scenario; {suggestion(preset, presets)}"
+        faults.append(Fault(f"presets.{preset}", text))
     elif not isinstance(chosen, Mapping):
-        faults.append(f'presets.{preset}: should be a table of "dotted.key" = value')
+        faults.append(Fault(f"presets.{preset}", 'should be a table of "dotted.key" = value'))
     else:
         for key, value in chosen.items():
             if isinstance(value, Mapping) and "." not in key:
-                faults.append(
-                    f"presets.{preset}.{key}: should be a dotted key; write the whole key in "
-                    f'quotes, as "{key}.{next(iter(value), "key")}" = ...'
+                text = (
+                    "should be a dotted key; write the whole key in quotes, as "
+                    f'"{key}.{next(iter(value), "key")}" = ...'
                 )
+                faults.append(Fault(f"presets.{preset}.{key}", text))
             else:
                 _set(tables, key, copy.deepcopy(value), faults)
 
 
-def _apply_override(tables: Tables, override: str, faults: list[str]) -> None:
+def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
     key, equals, text = (part.strip() for part in override.partition("="))
     if not (key and equals and text):
-        faults.append(f"{override}: is not an override; write dotted.key=value")
+        faults.append(Fault(override, "is not an override; write dotted.key=value"))
         return
     try:
         value = _value(text)
     except tomllib.TOMLDecodeError as error:
         reason = str(error).partition(" (at ")[0]
-        faults.append(
-            f"{key}: {shown(text)} is not a TOML value ({reason}); quote it if it is text"
-        )
+        what = f"{shown(text)} is not a TOML value ({reason}); quote it if it is text"
+        faults.append(Fault(key, what))
         return
     _set(tables, key, value, faults)
 
@@ -170,20 +179,20 @@ def _value(text: str) -> Any:
     return text if isinstance(value, datetime.date) else value
 
 
-def _set(tables: Tables, key: str, value: Any, faults: list[str]) -> None:
+def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
     try:
         *parents, last = _parts(key)
     except (tomllib.TOMLDecodeError, ValueError):
-        faults.append(f"{key}: is not a dotted key; write it as in uav.start.distance_m")
+        text = "is not a dotted key; write it as in uav.start.distance_m"
+        faults.append(Fault(key, text, unknown=True))
         return
     table = tables
     for depth, name in enumerate(parents):
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
             within = ".".join(parents[: depth + 1])
-            faults.append(
-                f"{key}: {within} is {shown(table)}, not a table; set {within} as a whole"
-            )
+            text = f"{within} is {shown(table)}, not a table; set {within} as a whole"
+            faults.append(Fault(key, text))
             return
     table[last] = value
 

@@ -1,13 +1,15 @@
 """What a key of a scenario may hold: checked values, each with the forms it can be written in.
 
-A value written in one of several forms is a union with a discriminator, so that a fault is told
-of the form that was meant. Tags that begin with ``~`` are no keys: where a fault lies is told
-without them.
+A value that can be written in several forms is a union with a discriminator, so that a fault is
+reported for the form that was meant. Tags that begin with ``~`` are not keys, and are left out of
+a fault's key.
 """
 
 import copy
 import functools
+import math
 import operator
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -24,10 +26,11 @@ from pydantic import (
 
 from planner.clock import seconds
 from planner.messages import shown
-from planner.scenario.checks import distribution_fault
 
 LONGEST_S = 1e9  # thirty years
 FASTEST_MPS = 1000.0  # nothing on a road is as fast
+SUM_TOLERANCE = 1e-6  # three thirds written with seven digits are one
+FARTHEST_SD = 6.0  # a cut normal farther out than this has hardly any probability left
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -37,12 +40,23 @@ PositiveSeconds = Annotated[Positive, Field(le=LONGEST_S), BeforeValidator(secon
 Probabilities = Annotated[dict[str, Finite], Field(min_length=1)]
 
 
+def probability_fault(probabilities: Sequence[float]) -> str | None:
+    """Return what is wrong with probabilities that should sum to one, or None."""
+    negative = [p for p in probabilities if p < 0]
+    if negative:
+        return f"the probability {shown(negative[0])} is negative; give numbers from 0 to 1"
+    total = math.fsum(probabilities)
+    if abs(total - 1) > SUM_TOLERANCE:
+        return f"the probabilities sum to {shown(total)}, not to one; change them until they do"
+    return None
+
+
 class Section(BaseModel):
     """A table of the file: known keys of the right type only, never changed after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    # What takes the place of a required key that is faulty, so that the rest can be looked at.
+    # What replaces a required key that is faulty, so that the rest can still be checked.
     stand_in: ClassVar[dict[str, Any]] = {}
 
     @classmethod
@@ -108,7 +122,7 @@ class DistributionSection(Section):
 
     @model_validator(mode="after")
     def _sound(self) -> "DistributionSection":
-        fault = distribution_fault(self)
+        fault = _distribution_fault(self)
         if fault:
             raise ValueError(fault)
         return self
@@ -135,6 +149,48 @@ class DistributionSection(Section):
             return self.normal.low, self.normal.high
         values = self.list or (self.constant or 0.0,)
         return min(values), max(values)
+
+
+def _distribution_fault(section: DistributionSection) -> str | None:
+    """Return what is wrong with a distribution, or None."""
+    given = [form for form in section.forms if getattr(section, form) is not None]
+    if len(given) != 1:
+        return (
+            f"gives {' and '.join(given) or 'nothing'}; write exactly one of "
+            "{ uniform = [low, high] }, { normal = ... }, { list = [...] }, { constant = x }"
+        )
+    if section.uniform is not None or section.normal is not None:
+        return _range_fault(section)
+    return _list_fault(section)
+
+
+def _range_fault(section: DistributionSection) -> str | None:
+    low, high, normal = section.low, section.high, section.normal
+    if not low < high:
+        return (
+            f"low {shown(low)} is not below high {shown(high)}; "
+            "write the lower one first, or { constant = x } for a single value"
+        )
+    if section.probabilities is not None:
+        return "gives probabilities without a list; add list = [...] or leave them out"
+    if normal is not None:
+        away = max(low - normal.mean, normal.mean - high) / normal.sd
+        if away > FARTHEST_SD:
+            return f"lies {away:.0f} sd from its mean; choose a mean nearer to low and high"
+    return None
+
+
+def _list_fault(section: DistributionSection) -> str | None:
+    if section.probabilities is None:
+        return None
+    if section.list is None:
+        return "gives probabilities without a list; add list = [...] or leave them out"
+    if len(section.list) != len(section.probabilities):
+        return (
+            f"has {len(section.list)} values but {len(section.probabilities)} probabilities; "
+            "give one probability for each value"
+        )
+    return probability_fault(section.probabilities)
 
 
 def _equal(edges: Any) -> Any:

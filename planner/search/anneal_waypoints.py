@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import columns, first_detection
+from planner.detection.evaluate import evaluate
+from planner.detection.first_detection import columns
 from planner.detection.kernels.closest_approach import Window
 from planner.flight.plan import ROUNDING_S, Plan
+from planner.progress import silent
 from planner.search.beam import beam, holdout_value
 from planner.search.kernels.anneal import (
     BEST_MANY,
@@ -43,7 +45,7 @@ from planner.search.kernels.what_if import FirstSightings
 from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
-from planner.search.state import SearchState
+from planner.search.result import SearchLog, SearchResult
 from planner.search.what_if import WhatIf, goal_of
 
 DRAWS = 9  # uniform numbers per move
@@ -69,7 +71,7 @@ def anneal_waypoints(
     rng: np.random.Generator,
     annealing: Annealing | None = None,
     start: Floats | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the best plan of waypoints found by annealing.
 
     Its last part, which hunts for the last few of its own particles, may be replaced by a patrol
@@ -79,8 +81,7 @@ def anneal_waypoints(
     Parameters
     ----------
     budget
-        ``stop`` is asked between rounds of moves; ``told`` hears the value
-        after each.
+        ``stop`` is asked between rounds of moves, ``on_progress`` called after each.
     start
         Waypoints, (W, 3): x and y in metres, and how long to hover there in seconds. By default
         those of the road plan of a beam search.
@@ -91,21 +92,20 @@ def anneal_waypoints(
         If the sensor only looks along roads.
     """
     needs_open_country(problem, "anneal-waypoints")
-    rules = annealing or Annealing()
+    rules, log = annealing or Annealing(), SearchLog(problem, budget)
     start = road_waypoints(problem, budget) if start is None else start
     known = AnnealedFlight.of(problem, start)
     lacks, many = known.lacks, rules.moves or max(1, budget.work // MOVE)
     for done in range(0, many, ROUND):
-        if budget.stop():
+        if log.stop():
             break
         moves = np.arange(done, min(done + ROUND, many))
         heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
-        if budget.told:
-            budget.told(problem.objective.value(known.best_reward), MOVE * (done + len(moves)))
+        log.reached(known.best_reward, MOVE * (done + len(moves)))
     flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
     plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
-    return max(plans, key=lambda plan: holdout_value(problem, plan))
+    return log.result(max(plans, key=lambda plan: holdout_value(problem, plan)))
 
 
 class AnnealedFlight:
@@ -115,7 +115,7 @@ class AnnealedFlight:
         particles = len(problem.futures)
         self._around = _surroundings(problem)
         self._scale = _scale(problem)
-        self._most = float(problem.futures.weight.sum()) * problem.objective.most
+        self._most = float(problem.weight_at_start.sum()) * problem.objective.most
         self._flights = Flights(
             _empty_flight(room, particles), _empty_flight(room, particles), np.zeros((3, room))
         )
@@ -128,7 +128,7 @@ class AnnealedFlight:
     @classmethod
     def of(cls, problem: Problem, waypoints: Floats) -> "AnnealedFlight":
         """Return the flight over given waypoints, (W, 3)."""
-        flown, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav
+        flown, uav = cls(problem, 2 * len(waypoints) + 64), problem.uav_at_start
         flight, many = flown._flights.known, len(waypoints) + 1
         rank, last_round, counts = flown._memory
         flight.way[:2, 0], flight.way[:, 1:many] = (uav.x_m, uav.y_m), waypoints.T
@@ -193,12 +193,9 @@ def _empty_flight(room: int, particles: int) -> WaypointFlight:
 
 def road_waypoints(problem: Problem, budget: Budget) -> Floats:
     """Return the waypoints of a beam's road plan, (W, 3): x, y, seconds of hovering."""
-    plan = beam(
-        problem,
-        budget=replace(budget, work=budget.work // 10, told=None),
-        rng=np.random.default_rng(0),
-    )
-    return waypoints_of(problem, plan)
+    tenth = replace(budget, work=budget.work // 10, on_progress=silent)
+    found = beam(problem, budget=tenth, rng=np.random.default_rng(0))
+    return waypoints_of(problem, found.plan)
 
 
 def waypoints_of(problem: Problem, plan: Plan) -> Floats:
@@ -206,7 +203,7 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
 
     What it flies more slowly than it could becomes flight at full speed, and hovering.
     """
-    track = plan.tracks[0]
+    (track,) = plan.tracks
     flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uav.speed_mps
     waits_s = np.diff(track.time_s) - flies_s
     waits_s[waits_s < ROUNDING_S] = 0.0
@@ -223,16 +220,17 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
         How much is enough, of the weight of all particles that the waypoints see.
     """
     plan = plan_of_waypoints(problem, "", waypoints)
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     by_time = np.argsort(seen_at, kind="stable")
-    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.futures.weight, 0.0)[by_time])
+    weight = np.cumsum(np.where(np.isfinite(seen_at), problem.weight_at_start, 0.0)[by_time])
     enough = min(int(np.searchsorted(weight, share * weight[-1])), len(weight) - 1)
     leaves_s = times_left(problem, waypoints)
     useful = int(np.searchsorted(leaves_s, seen_at[by_time[enough]]))
     if useful >= len(waypoints) or leaves_s[useful] >= problem.horizon_s:
         return waypoints
     legs, left_s, (x_m, y_m, _) = problem.legs, float(leaves_s[useful]), waypoints[useful].tolist()
-    state = SearchState.of_sightings(left_s, x_m, y_m, np.where(seen_at <= left_s, seen_at, np.inf))
+    begun = replace(problem.first_state, time_s=left_s, x_m=x_m, y_m=y_m)
+    state = begun.absorb(np.where(seen_at <= left_s, seen_at, np.inf))
     order = patrol(WhatIf(problem), state).order
     along = [np.arange(legs.first_point[leg], legs.first_point[leg + 1]) for leg in order]
     points = np.concatenate([np.empty(0, dtype=int), *along])
@@ -242,7 +240,7 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
 
 def times_left(problem: Problem, waypoints: Floats) -> Floats:
     """Return when each waypoint is left, (W,) seconds, if there were no end to the flight."""
-    uav = problem.uav
+    uav = problem.uav_at_start
     places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
     flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
     return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
@@ -250,7 +248,7 @@ def times_left(problem: Problem, waypoints: Floats) -> Floats:
 
 def _surroundings(problem: Problem) -> Surroundings:
     """Return what a sweep has to know, as its kernel takes it."""
-    uav, futures, objective = problem.uav, columns(problem.futures), problem.objective
+    uav, futures, objective = problem.uav_at_start, columns(problem.futures), problem.objective
     radius_m, ends_s = float(problem.sensor.radius_m), float(objective.ends_s)
     span = Window(float(uav.take_off_s), ends_s)
     grid = grid_of(futures, radius_m, float(fastest(futures)), span)
@@ -258,7 +256,7 @@ def _surroundings(problem: Problem) -> Surroundings:
     limits = FlightLimits(
         float(home_x_m), float(home_y_m), float(uav.landing_s), ends_s, float(uav.speed_mps)
     )
-    return Surroundings(grid, radius_m, problem.futures.weight, limits, goal_of(problem.objective))
+    return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
 
 
 def _scale(problem: Problem) -> Scale:

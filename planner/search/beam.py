@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluate import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
 from planner.search.kernels.beam import (
@@ -41,6 +41,7 @@ from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate_order
+from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
@@ -67,12 +68,12 @@ class RewardToGo:
     @classmethod
     def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
-        track = plan_of_legs(problem, "", order).tracks[0]
-        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        first_s = problem.uav.take_off_s
+        flown = plan_of_legs(problem, "", order).tracks
+        seen_at = evaluate(flown, problem.futures, problem.sensor, problem.objective).seen_at
+        first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
-        weight = problem.futures.weight[by_time]
+        weight = problem.weight_at_start[by_time]
         after = np.searchsorted(seen_at[by_time], times, side="right")
         left, brings = (
             np.append(np.cumsum(amount[::-1])[::-1], 0.0)[after]
@@ -82,19 +83,19 @@ class RewardToGo:
         return cls(share, float(first_s), step_s)
 
 
-def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan of the best of two beams, one along roads only, one with flights between.
 
     The budget's work sets their width; the better one is chosen on the problem's holdout. A patrol
     goes on after its end.
     """
-    engine = WhatIf(problem)
+    engine, log = WhatIf(problem), SearchLog(problem, budget)
     outlook = RewardToGo.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders, done = [], 0
     for one in beams:
-        order, work = beam_order(engine, one, outlook, stop=budget.stop)
+        order, work = beam_order(engine, one, outlook, stop=log.stop)
         orders.append(order)
         done += work
     plans = [
@@ -102,9 +103,8 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         for order in orders
     ]
     chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
-    if budget.told:
-        budget.told(problem.objective.value(holdout_value(problem, chosen)), done)
-    return chosen
+    log.reached(holdout_value(problem, chosen), done)
+    return log.result(chosen)
 
 
 def near_m(problem: Problem) -> float:
@@ -115,7 +115,7 @@ def near_m(problem: Problem) -> float:
 def holdout_value(problem: Problem, plan: Plan) -> float:
     """Return a plan's expected reward on the holdout particles, or on its own if there are none."""
     holdout = problem.holdout or problem.futures
-    seen_at = first_detection(holdout, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, holdout, problem.sensor, problem.objective).seen_at
     return float(holdout.weight @ problem.objective.reward(seen_at))
 
 

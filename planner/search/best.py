@@ -6,7 +6,7 @@ Orders are made on the problem's particles and chosen between on its holdout, ot
 had no part in making them. What the plan is worth is for a third, fresh set to say.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from planner.search.patrol import with_patrol
 from planner.search.plan import needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
+from planner.search.result import SearchLog, SearchResult, TracePoint
 from planner.search.what_if import WhatIf
 
 FEW_ROADS = 7  # of which the best order is found for certain
@@ -28,7 +29,7 @@ POLISH = 0.25  # share of a round's work that goes into polishing
 ROADS = 0.1  # share of all work that goes into orders of roads before the movement gets free
 
 
-def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
+def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the best plan found within the budget's work, about; or until it says stop.
 
     Raises
@@ -37,54 +38,62 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
         If the budget allows free movement, and the sensor only looks along roads.
     """
     if not budget.free:
-        return _choice(problem, _road_plans(problem, budget, rng), budget)
+        return _best_over_roads(problem, budget, rng)
     needs_open_country(problem, "free movement")
-    roads = replace(budget, work=int(ROADS * budget.work), free=False)
-    chosen = best(problem, budget=roads, rng=rng)
-    left = replace(budget, work=budget.work - roads.work, told=_after(budget, roads.work))
-    start = waypoints_of(problem, chosen)
-    freed = anneal_waypoints(problem, budget=left, rng=rng, start=start)
-    return max(chosen, replace(freed, method="best"), key=lambda plan: holdout_value(problem, plan))
+    work = int(ROADS * budget.work)
+    roads = _best_over_roads(problem, budget.part(work), rng)
+    left, start = budget.part(budget.work - work, after=work), waypoints_of(problem, roads.plan)
+    return _better(
+        problem, roads, anneal_waypoints(problem, budget=left, rng=rng, start=start), work
+    )
 
 
-def _after(budget: Budget, done: int) -> Callable[[float, int], None]:
-    """Return what hears of work that comes after some that is done."""
+def _better(
+    problem: Problem, roads: SearchResult, freed: SearchResult, before: int
+) -> SearchResult:
+    """Return the better plan on the holdout particles, and what both searches did for it.
 
-    def told(value: float, more: int) -> None:
-        if budget.told:
-            budget.told(value, done + more)
+    Parameters
+    ----------
+    before
+        Units of work after which the movement got free.
+    """
+    plans = (roads.plan, replace(freed.plan, method="best"))
+    chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
+    work = roads.work if freed.work is None else before + freed.work
+    value = problem.objective.value(holdout_value(problem, chosen))
+    trace = (*roads.trace, TracePoint(work or 0, value))
+    return SearchResult(chosen, work, roads.stopped or freed.stopped, trace)
 
-    return told
 
-
-def _choice(problem: Problem, plans: Iterator[tuple[Plan, int]], budget: Budget) -> Plan:
+def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the plan that does best on the holdout of those that the budget's work buys."""
+    log = SearchLog(problem, budget)
     chosen, value, done = None, -np.inf, 0
-    for plan, work in plans:
+    for plan, work in _road_plans(problem, rng, log):
         done += work
         worth = holdout_value(problem, plan)
         if worth > value:
             chosen, value = plan, worth
-        if budget.told:
-            budget.told(problem.objective.value(value), done)
-        if done >= budget.work or budget.stop():
+        log.reached(value, done)
+        if done >= budget.work or log.stop():
             break
     assert chosen is not None
-    return chosen
+    return log.result(chosen)
 
 
 def _road_plans(
-    problem: Problem, budget: Budget, rng: np.random.Generator
+    problem: Problem, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Plan, int]]:
     """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
     engine = WhatIf(problem)
-    for order, work in _orders(engine, budget, rng):
+    for order, work in _orders(engine, rng, log):
         legs = with_patrol(problem, order, engine=engine)
         yield plan_of_legs(problem, "best", legs), work
 
 
 def _orders(
-    engine: WhatIf, budget: Budget, rng: np.random.Generator
+    engine: WhatIf, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Sequence[int], int]]:
     problem = engine.problem
     if len(problem.network.road_ids) <= FEW_ROADS:
@@ -96,9 +105,9 @@ def _orders(
     while spent > before:
         outlook, before, spent = RewardToGo.of(problem, order), spent, 0
         for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
-            order, work = beam_order(engine, beam, outlook, stop=budget.stop)
+            order, work = beam_order(engine, beam, outlook, stop=log.stop)
             spent += work
             yield order, work
         share = max(1, int(POLISH * spent))
-        yield polished(engine, order, replace(budget, work=share, told=None), rng), share
+        yield polished(engine, order, share, rng, stop=log.stop), share
         growth *= WIDER

@@ -9,7 +9,6 @@ import numpy as np
 from planner.arrays import Floats, freeze
 from planner.errors import NotApplicableError
 from planner.flight.legs import Legs
-from planner.flight.plan import Plan
 from planner.futures.futures import Pieces
 from planner.search.kernels.exact import (
     TIE_S,
@@ -23,6 +22,7 @@ from planner.search.kernels.exact import (
 )
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.search.what_if import rows_of
 
 MOST_ORDERS = 2**8 * math.factorial(8)  # 10,321,920: seconds by branch and bound, a minute flown
@@ -30,7 +30,7 @@ STEPS_AT_A_TIME = 100  # prefixes between two looks at the keyboard
 TIE_SHARE = 1e-12  # probabilities this close are equal
 
 
-def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that serves the objective best, of all orders and directions of the roads.
 
     Each road is flown at most once, straight from the end of one to the start of the next; by
@@ -49,7 +49,7 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan
     order, _ = best_order(problem, most_legs)
     if problem.uav.return_to_m is None:
         order = (*order, *_nearest_next(problem, order))[:most_legs]
-    return plan_of_legs(problem, "exact", order)
+    return SearchResult(plan_of_legs(problem, "exact", order))
 
 
 def number_of_orders(roads: int, flown: int | None = None) -> int:
@@ -150,7 +150,7 @@ def _refuse_too_many(roads: int, flown: int) -> None:
 def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
     """Yield the legs that an order leaves out, each road once, the nearest start first."""
     legs = problem.legs
-    x_m, y_m = problem.uav.x_m, problem.uav.y_m
+    x_m, y_m = problem.first_state.x_m, problem.first_state.y_m
     if order:
         x_m, y_m = legs.node_xy_m[legs.to_node[order[-1]]]
     left = np.ones(len(legs), dtype=bool)
@@ -164,7 +164,7 @@ def _nearest_next(problem: Problem, order: tuple[int, ...]) -> Iterator[int]:
 
 
 def _case(problem: Problem) -> Case:
-    legs, uav, futures = problem.legs, problem.uav, problem.futures
+    legs, uav, futures = problem.legs, problem.uav_at_start, problem.futures
     place_xy_m = np.vstack([legs.node_xy_m, [[uav.x_m, uav.y_m]]])
     offset = place_xy_m[:, np.newaxis] - legs.node_xy_m
     points = Pieces.between(legs.after_s, legs.x_m, legs.y_m, legs.first_point)
@@ -185,7 +185,7 @@ def _case(problem: Problem) -> Case:
         home_xy_m=home_m,
         first_piece=futures.first_knot,
         pieces=rows_of(futures.pieces),
-        weight=futures.weight,
+        weight=problem.weight_at_start,
         until_s=np.minimum(until_s, objective.ends_s),
         speed_mps=float(uav.speed_mps),
         radius_m=float(problem.sensor.radius_m),
@@ -212,9 +212,9 @@ def _states(problem: Problem, case: Case, slots: int) -> PrefixStates:
         flight=np.zeros((longest + 1, 6)),
     )
     states.place[0] = len(case.place_xy_m) - 1
-    states.time_s[0] = problem.uav.take_off_s
+    states.time_s[0] = problem.first_state.time_s
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
-    never = 1.0 - float(problem.futures.weight[moving].sum())
+    never = 1.0 - float(problem.weight_at_start[moving].sum())
     states.settled[0] = max(0.0, never) * case.miss_cost
     return states

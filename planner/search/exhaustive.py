@@ -5,14 +5,14 @@ from collections import deque
 import numpy as np
 
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import find_cycle, sources
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 
-def exhaustive(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def exhaustive(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that flies every road once, in its direction, in topological order.
 
     On a directed acyclic network it finds every target that only follows the roads or stops.
@@ -24,17 +24,17 @@ def exhaustive(problem: Problem, *, budget: Budget, rng: np.random.Generator) ->
         If the network has a cycle, which is named.
     """
     order = topological_search(problem.network)
-    return plan_of_legs(problem, "exhaustive", [2 * road for road in order])
+    return SearchResult(plan_of_legs(problem, "exhaustive", [2 * road for road in order]))
 
 
-def breadth_first(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def breadth_first(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan of standard breadth-first search, the paper's example of one that fails.
 
     It flies no road to a node that was examined before, and so can leave a target on such a road
     behind it (Section 3).
     """
     order = breadth_first_search(problem.network)
-    return plan_of_legs(problem, "breadth-first", [2 * road for road in order])
+    return SearchResult(plan_of_legs(problem, "breadth-first", [2 * road for road in order]))
 
 
 def topological_search(network: RoadNetwork) -> list[int]:

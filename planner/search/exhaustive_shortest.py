@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.arrays import Ints
-from planner.flight.plan import Plan
 from planner.search.exhaustive import topological_search
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 log = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ def exhaustive_shortest(
     *,
     budget: Budget,  # noqa: ARG001
     rng: np.random.Generator,  # noqa: ARG001
-) -> Plan:
+) -> SearchResult:
     """Return the plan that flies every road once with the least extra flight time.
 
     Extra is the straight flight to the first road and between the end of a road and the start of
@@ -69,7 +69,7 @@ def exhaustive_shortest(
     order, proven = shortest_order(problem)
     if not proven:
         log.info("exhaustive-shortest: the network is large, a shorter order may exist")
-    return plan_of_legs(problem, "exhaustive-shortest", order)
+    return SearchResult(plan_of_legs(problem, "exhaustive-shortest", order))
 
 
 def shortest_order(problem: Problem, *, width: int | None = None) -> tuple[list[int], bool]:
@@ -105,7 +105,7 @@ def shortest_order(problem: Problem, *, width: int | None = None) -> tuple[list[
 
 
 def _ground(problem: Problem) -> Ground:
-    network, uav = problem.network, problem.uav
+    network, uav = problem.network, problem.uav_at_start
     places = np.vstack([network.node_xy_m, [uav.x_m, uav.y_m]])
     offset = places[:, None] - network.node_xy_m
     seconds = np.hypot(offset[..., 0], offset[..., 1]) / uav.speed_mps

@@ -4,70 +4,21 @@ The printed pseudo-code leaves choices open; each is an option, the first value 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.errors import InputError, NotApplicableError
-from planner.flight.plan import Plan
 from planner.futures.futures import Futures
+from planner.search.greedy_options import GreedyOptions
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Budget, Directions, Problem, candidate_legs
+from planner.search.problem import Budget, Problem, candidate_legs
+from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import TIE, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
 
 Resample = Callable[[int], Futures]
-
-
-@dataclass(frozen=True)
-class GreedyOptions:
-    """How the printed pseudo-code is read.
-
-    Attributes
-    ----------
-    particles
-        "once": sampled before the first step, all steps share one recorded future. "anew":
-        sampled at every step, as line 4 of Figure 4 stands; what was seen stays with the index k.
-    flags
-        "copied": ``observed`` goes to all simulations together with ``observation_times``.
-        "times only": lines 29-31 of Figure 6 as printed. A simulation then never looks again for
-        a particle that it once saw on a flight never flown; and as ``roads`` shrinks (line 13 of
-        Figure 4), simulation i is not the same road from step to step.
-    miss
-        What a particle not seen adds to the sum in line 28: "horizon": the horizon, as for one
-        seen later; "infinity": more than all else, so that most newly seen comes first and time
-        decides ties. "rate": not the sum, but what a leg takes off it per second of flight.
-        Where the objective is to find the target by a deadline, sightings by then count instead
-        of times, and only these are newly seen.
-    direction
-        Each road flown in its "own" direction, in "both", or from its "nearest end".
-    roads
-        A road once flown is "removed" (line 13 of Figure 4), or may be "revisited".
-    ends
-        The path ends at its "depth", or with "all found" once all its own particles are seen.
-    tick_s
-        0: detection in continuous time. Else the test of line 17 runs at the first, second, ...
-        tick of each flight only, with distance <= radius (printed: <), and a sighting is timed
-        at its own tick (the printed counter stands one lower, as it rises after the test).
-    ties
-        Between equally good legs the one of "lowest index" is flown, or that of "earliest end".
-    """
-
-    particles: Literal["once", "anew"] = "once"
-    flags: Literal["copied", "times only"] = "copied"
-    miss: Literal["horizon", "infinity", "rate"] = "horizon"
-    direction: Directions = "own"
-    roads: Literal["removed", "revisited"] = "removed"
-    ends: Literal["depth", "all found"] = "depth"
-    tick_s: float = 0.0
-    ties: Literal["lowest index", "earliest end"] = "lowest index"
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.tick_s < np.inf:
-            raise InputError(f"greedy.tick_s: {self.tick_s} is not a time; use 0 or more seconds")
 
 
 def greedy(
@@ -77,7 +28,7 @@ def greedy(
     rng: np.random.Generator,  # noqa: ARG001  (every planner takes one)
     options: GreedyOptions | None = None,
     resample: Resample | None = None,
-) -> Plan:
+) -> SearchResult:
     """Return the plan of the paper's simulation_aided_planning (Figure 4).
 
     Parameters
@@ -108,7 +59,7 @@ def greedy(
             break
         i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
         state = state.after(problem.legs, int(legs[i]), observation_times)  # lines 11, 12 and 14
-    return plan_of_legs(problem, "greedy", state.order)
+    return SearchResult(plan_of_legs(problem, "greedy", state.order))
 
 
 def what_if_simulations(

@@ -5,16 +5,16 @@ shifting all that follows. What follows a cut is therefore found anew by a narro
 state in which the cut leaves the search.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from planner.flight.plan import Plan
 from planner.search.beam import Beam, RewardToGo, beam_order, near_m
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
+from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
@@ -22,32 +22,49 @@ WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
 REPAIR = 1500  # units of work that a repair takes beside its flights
 
 
-def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
+def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the plan of ``rate``, polished by as many repairs as the budget's work allows."""
-    engine = WhatIf(problem)
-    order = polished(engine, rate_order(engine), budget, rng)
-    return plan_of_legs(problem, "lns", with_patrol(problem, order, engine=engine))
+    engine, log = WhatIf(problem), SearchLog(problem, budget)
+    first = rate_order(engine)
+    order = polished(engine, first, budget.work, rng, stop=log.stop, reached=log.reached)
+    return log.result(plan_of_legs(problem, "lns", with_patrol(problem, order, engine=engine)))
 
 
 def polished(
-    engine: WhatIf, order: Sequence[int], budget: Budget, rng: np.random.Generator
+    engine: WhatIf,
+    order: Sequence[int],
+    work: int,
+    rng: np.random.Generator,
+    *,
+    stop: Callable[[], bool],
+    reached: Callable[[float, int], None] | None = None,
 ) -> Sequence[int]:
-    """Return an order with at least the reward of the given one on the problem's particles."""
+    """Return an order with at least the reward of the given one on the problem's particles.
+
+    Parameters
+    ----------
+    work
+        How many units the repairs may take.
+    stop
+        Asked before each repair, and while it searches.
+    reached
+        Given the reward and the work done after each repair.
+    """
     states = _states(engine, order)
     reward, done = _reward(engine, states[-1]), 0
-    while done < budget.work and len(order) > 1 and not budget.stop():
+    while done < work and len(order) > 1 and not stop():
         cut = int(rng.integers(len(order)))
         reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
         beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
         outlook = RewardToGo.of(engine.problem, order)
-        rest, work = beam_order(engine, beam, outlook, start=states[cut], stop=budget.stop)
-        done += REPAIR + work
+        rest, flights = beam_order(engine, beam, outlook, start=states[cut], stop=stop)
+        done += REPAIR + flights
         repaired = [*order[:cut], *rest]
         after = _states(engine, rest, states[cut])
         if _reward(engine, after[-1]) > reward:
             order, states, reward = repaired, [*states[:cut], *after], _reward(engine, after[-1])
-        if budget.told:
-            budget.told(engine.problem.objective.value(reward), done)
+        if reached:
+            reached(reward, done)
     return order
 
 

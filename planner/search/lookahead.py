@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from planner.flight.plan import Plan
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import (
     after_flight,
@@ -21,7 +21,7 @@ from planner.search.what_if import WhatIf
 FIRST_LEGS = 8  # of which second legs are tried: those that earn most per second by themselves
 
 
-def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that always flies the first leg of the pair that earns most per second.
 
     Roads are flown in both directions and may be flown again, until the horizon: it is time that
@@ -29,7 +29,7 @@ def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> 
     most per second by themselves, and go on with any. Ties go to the lowest leg index.
     """
     flown = stepwise(WhatIf(problem), problem.first_state, fastest_pair)
-    return plan_of_legs(problem, "lookahead", with_patrol(problem, flown.order))
+    return SearchResult(plan_of_legs(problem, "lookahead", with_patrol(problem, flown.order)))
 
 
 def fastest_pair(engine: WhatIf, state: SearchState) -> SearchState | None:

@@ -9,8 +9,8 @@ from planner.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from planner.flight.plan import Plan
     from planner.search.problem import Budget, Problem
+    from planner.search.result import SearchResult
 
 
 class Planner(Protocol):
@@ -18,8 +18,8 @@ class Planner(Protocol):
 
     def __call__(
         self, problem: "Problem", *, budget: "Budget", rng: "np.random.Generator"
-    ) -> "Plan":
-        """Return the plan; what bounds it, the budget's roads or its work, the planner says."""
+    ) -> "SearchResult":
+        """Return the plan and what it took; the planner says which of the budget bounds it."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,10 @@ class Method:
     simulates: bool  # it plans by simulation, for which the UAV's take-off has to wait
     load: Callable[[], Planner]
     chooses: bool = False  # between plans, on particles that had no part in making them
-    stops: bool = False  # when it is told to, with the best plan so far
+    moves_freely: bool = False  # off the roads, if the budget allows it
+    takes_options: bool = False  # of the scenario's [greedy], and particles drawn anew
+    is_sized: bool = True  # how long it takes follows from what the scenario says
+    stops: bool = False  # when asked, with the best plan so far
 
 
 def _exhaustive() -> Planner:
@@ -125,6 +128,7 @@ METHODS = (
         True,
         _best,
         chooses=True,
+        moves_freely=True,
         stops=True,
     ),
     Method("beam", "many road orders side by side", True, _beam, chooses=True, stops=True),
@@ -137,10 +141,22 @@ METHODS = (
         chooses=True,
         stops=True,
     ),
-    Method("greedy", "the paper's what-if simulations, one road after the other", True, _greedy),
+    Method(
+        "greedy",
+        "the paper's what-if simulations, one road after the other",
+        True,
+        _greedy,
+        takes_options=True,
+    ),
     Method("rate", "the leg that earns most per second of flight, then the next", True, _rate),
     Method("lookahead", "the pair of legs that earns most per second", True, _lookahead),
-    Method("exact", "the best of all orders and directions of a small net", True, _exact),
+    Method(
+        "exact",
+        "the best of all orders and directions of a small net",
+        True,
+        _exact,
+        is_sized=False,
+    ),
     Method("exhaustive", "every road once, in topological order", False, _exhaustive),
     Method(
         "exhaustive-shortest",
@@ -154,6 +170,7 @@ METHODS = (
         "OR-Tools: a tour of the roads that the target is likely to pass",
         True,
         _orienteering,
+        is_sized=False,
         stops=True,
     ),
     Method("wait", "fly to where most targets end and wait there", False, _wait),

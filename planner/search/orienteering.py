@@ -11,16 +11,16 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchLog, SearchResult
 
 WORK_PER_TOUR = 1000  # units of work that a tour improved by local search is charged
 TICKS_PER_S = 10  # OR-Tools counts in whole numbers
 WORTH = 10**9  # of a road that every target passes, in ticks: no detour is as dear
 
 
-def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that flies OR-Tools' tour: guided local search from the cheapest arcs.
 
     Each road at most once, in either direction. The budget's work bounds the tours tried.
@@ -36,6 +36,7 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
         raise NotApplicableError(
             "OR-Tools is not installed; type: pip install 'sumo-search-planner[ortools]'"
         ) from error
+    log = SearchLog(problem, budget)
     lasts, worth = _flight_ticks(problem), passing_probability(problem)
     manager = pywrapcp.RoutingIndexManager(len(lasts), 1, [0], [len(lasts) - 1])
     routing = pywrapcp.RoutingModel(manager)
@@ -51,13 +52,13 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
     meta = routing_enums_pb2.LocalSearchMetaheuristic
     rules.local_search_metaheuristic = meta.GUIDED_LOCAL_SEARCH
     rules.solution_limit = max(1, budget.work // WORK_PER_TOUR)
-    routing.AddSearchMonitor(routing.solver().CustomLimit(budget.stop))
+    routing.AddSearchMonitor(routing.solver().CustomLimit(log.stop))
     tour = routing.SolveWithParameters(rules)
     order, at = [], routing.Start(0)
     while tour is not None and not routing.IsEnd(at):
         order += [manager.IndexToNode(at) - 1]
         at = tour.Value(routing.NextVar(at))
-    return plan_of_legs(problem, "orienteering", order[1:])
+    return log.result(plan_of_legs(problem, "orienteering", order[1:]))
 
 
 def passing_probability(problem: Problem) -> Floats:
@@ -67,7 +68,7 @@ def passing_probability(problem: Problem) -> Floats:
     known = futures.edge >= 0
     passed = np.stack([network.edge_road[futures.edge[known]], particle[known]], axis=1)
     road, who = np.unique(passed, axis=0).T
-    weight = futures.weight[who]
+    weight = problem.weight_at_start[who]
     sums = np.bincount(road, weights=weight, minlength=len(network.road_ids))
     return np.asarray(sums, dtype=np.float64)
 
@@ -77,7 +78,7 @@ def _flight_ticks(problem: Problem) -> Offsets:
 
     The first place is the take-off, the last one the end of the tour, at home where there is one.
     """
-    legs, uav = problem.legs, problem.uav
+    legs, uav = problem.legs, problem.uav_at_start
     ends_xy_m = np.vstack([[[uav.x_m, uav.y_m]], legs.node_xy_m[legs.to_node]])
     offset = ends_xy_m[:, None] - legs.node_xy_m[legs.from_node]
     lasts_s = np.zeros((len(legs) + 2, len(legs) + 2))
@@ -87,5 +88,5 @@ def _flight_ticks(problem: Problem) -> Offsets:
 
 
 def _most_ticks(problem: Problem) -> int:
-    uav = problem.uav
+    uav = problem.uav_at_start
     return int(TICKS_PER_S * (min(problem.objective.ends_s, uav.landing_s) - uav.take_off_s))

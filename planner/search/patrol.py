@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluate import evaluate
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.state import SearchState
@@ -47,9 +47,10 @@ def _after(problem: Problem, order: Sequence[int]) -> SearchState:
     """Return the state at the end of an order, as far as it can be flown."""
     plan = plan_of_legs(problem, "", order)
     state = problem.first_state
-    for flown in plan.legs[0]:
+    (legs,) = plan.legs
+    for flown in legs:
         state = state.after(problem.legs, flown.leg, state.seen_at)
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     return state.absorb(np.where(seen_at <= state.time_s, seen_at, np.inf))
 
 

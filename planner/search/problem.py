@@ -1,13 +1,13 @@
 """What a planner is asked: a network, futures on it, a UAV, and what counts as success."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
-from planner.arrays import Ints
+from planner.arrays import Floats, Ints
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.legs import Legs
@@ -15,7 +15,9 @@ from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
+from planner.progress import Progress, silent
 from planner.search.state import SearchState
+from planner.search.stop import NEVER, Stop
 
 Directions = Literal["own", "both", "nearest end"]
 
@@ -57,6 +59,11 @@ class Problem:
         return self.uav if at is None else self.uav.resumed(at.time_s, at.x_m, at.y_m)
 
     @cached_property
+    def weight_at_start(self) -> Floats:
+        """Probability that the target is a particle, still unseen in the first state, (N,)."""
+        return self.futures.weight * self.first_state.miss
+
+    @cached_property
     def legs(self) -> Legs:
         """The legs that the UAV can fly here: each road in both directions."""
         return Legs.of(self.network, self.uav)
@@ -72,8 +79,16 @@ class Budget:
     roads: int = 16  # at most so many legs in the plan ("depth")
     work: int = 80_000  # what-if flights of methods that choose between many orders
     free: bool = False  # whether `best` may leave the roads
-    stop: Callable[[], bool] = bool  # asked often; once it says so, the best so far is returned
-    told: Callable[[float, int], None] | None = None  # hears the best value and the work done
+    stop: Stop = NEVER  # asked often; once it says so, the best so far is returned
+    on_progress: Progress = silent  # is given the work done, all work, and the best value
+
+    def part(self, work: int, *, after: int = 0) -> "Budget":
+        """Return the budget of a part of a search over roads, begun after some units of work."""
+
+        def on_progress(done: int, total: int, note: str = "", /) -> None:  # noqa: ARG001
+            self.on_progress(after + done, self.work, note)
+
+        return replace(self, work=work, free=False, on_progress=on_progress)
 
 
 def candidate_legs(

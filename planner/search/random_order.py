@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from planner.flight.plan import Plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 
-def random(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
+def random(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the plan that flies random roads, each at most once, in random directions."""
     roads = rng.permutation(len(problem.network.road_ids))[: budget.roads]
     legs = 2 * roads + rng.integers(0, 2, size=len(roads))
-    return plan_of_legs(problem, "random", legs.tolist())
+    return SearchResult(plan_of_legs(problem, "random", legs.tolist()))

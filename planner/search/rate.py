@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from planner.flight.plan import Plan
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import (
     after_flight,
@@ -19,14 +19,16 @@ from planner.search.stepwise import (
 from planner.search.what_if import WhatIf
 
 
-def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that always flies the leg with the greatest gain per second of flight.
 
     Roads are flown in both directions and may be flown again, until the horizon: it is time that
     bounds the plan, not the budget's roads. Ties go to the lowest leg index.
     """
     engine = WhatIf(problem)
-    return plan_of_legs(problem, "rate", with_patrol(problem, rate_order(engine), engine=engine))
+    return SearchResult(
+        plan_of_legs(problem, "rate", with_patrol(problem, rate_order(engine), engine=engine))
+    )
 
 
 def rate_order(engine: WhatIf) -> tuple[int, ...]:

@@ -4,13 +4,13 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import NotApplicableError
-from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.search.plan import plan_of_wait
 from planner.search.problem import Budget, Problem
+from planner.search.result import SearchResult
 
 
-def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:  # noqa: ARG001
+def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
     """Return the plan that flies to where most targets end and waits there until the horizon.
 
     Neither budget nor chance changes it. Targets that vanish at their end are seen there as they
@@ -22,15 +22,14 @@ def wait(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Plan:
     NotApplicableError
         If no particle ever sets out.
     """
-    futures, radius_m = problem.futures, problem.sensor.radius_m
     if problem.objective.by_s is None:
-        x_m, y_m = busiest_end(futures, radius_m)
+        x_m, y_m = busiest_end(problem.futures, problem.weight_at_start, problem.sensor.radius_m)
     else:
         x_m, y_m = busiest_by(problem, problem.objective.by_s)
-    return plan_of_wait(problem, "wait", x_m, y_m)
+    return SearchResult(plan_of_wait(problem, "wait", x_m, y_m))
 
 
-def busiest_end(futures: Futures, radius_m: float) -> tuple[float, float]:
+def busiest_end(futures: Futures, weight: Floats, radius_m: float) -> tuple[float, float]:
     """Return the end of a particle that has the greatest weight of ends within the radius, metres.
 
     Among equals it is that of the first particle.
@@ -40,7 +39,7 @@ def busiest_end(futures: Futures, radius_m: float) -> tuple[float, float]:
         raise NotApplicableError("no particle ever sets out, so there is no end to wait at")
     last = futures.first_knot[1:][some] - 1
     ends = np.stack([futures.x_m[last], futures.y_m[last]], axis=1)
-    return _busiest(ends, futures.weight[some], radius_m)
+    return _busiest(ends, weight[some], radius_m)
 
 
 def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
@@ -48,7 +47,7 @@ def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
 
     If the UAV can reach none of these places by then, all of them count.
     """
-    futures, uav = problem.futures, problem.uav
+    futures, uav = problem.futures, problem.uav_at_start
     places = futures.positions(np.minimum(futures.end_s, time_s))
     there = np.isfinite(places[:, 0])
     if not there.any():
@@ -56,7 +55,7 @@ def busiest_by(problem: Problem, time_s: float) -> tuple[float, float]:
     away_m = np.hypot(places[:, 0] - uav.x_m, places[:, 1] - uav.y_m)
     in_reach = away_m <= uav.speed_mps * (time_s - uav.take_off_s)  # False for NaN
     chosen = in_reach if in_reach.any() else there
-    return _busiest(places[chosen], futures.weight[chosen], problem.sensor.radius_m)
+    return _busiest(places[chosen], problem.weight_at_start[chosen], problem.sensor.radius_m)
 
 
 def _busiest(places: Floats, weight_of: Floats, radius_m: float) -> tuple[float, float]:

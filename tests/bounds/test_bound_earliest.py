@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
-from planner.bounds.particle_prices import fitting_bin_s, table_of
+from planner.bounds.movements import Movements
+from planner.bounds.particle_prices import table_of
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.search.plan import plan_of_legs
@@ -46,7 +47,8 @@ def test_the_earliest_sighting_is_offered(seed: int) -> None:
     weight, dear = problem.futures.weight, problem.objective.most + 1.0
     most_of = most_seen(problem, rng, 1500)
     floor = np.maximum(0.0, most_of - BELOW) * (seed % 2)  # the cheap price, or nothing
-    table = table_of(problem, fitting_bin_s(problem))
+    movements = Movements(problem)
+    table = table_of(movements, movements.fitting_bin_s)
     table = table.narrowed(floor, floor < np.inf, table.starts)
     for k, most in enumerate(most_of.tolist()):
         if most <= BELOW:

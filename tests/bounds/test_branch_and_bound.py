@@ -5,7 +5,8 @@ import pytest
 
 from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Search
-from planner.bounds.particle_prices import fitting_bin_s, table_of
+from planner.bounds.movements import Movements
+from planner.bounds.particle_prices import table_of
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -95,8 +96,9 @@ def enumerated(problem: Problem) -> tuple[float, Floats]:
 def test_the_bound_meets_the_optimum(seed: int) -> None:
     problem = small_problem(seed)
     optimum, earned = enumerated(problem)
-    table = table_of(problem, fitting_bin_s(problem))
-    search = Search(problem, table, optimum, lambda _: False)
+    movements = Movements(problem)
+    table = table_of(movements, movements.fitting_bin_s)
+    search = Search(movements, table, optimum, lambda _: False)
     search.begin(earned, 20)
     for _ in range(3000):
         if search.done:
@@ -113,8 +115,9 @@ def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
     """What the search knows of no good plan closes nothing that is worth more."""
     problem = small_problem(seed).replace(objective=Objective(400.0))
     optimum, earned = enumerated(problem)
-    table = table_of(problem, fitting_bin_s(problem))
-    search = Search(problem, table, share * optimum, lambda _: False)
+    movements = Movements(problem)
+    table = table_of(movements, movements.fitting_bin_s)
+    search = Search(movements, table, share * optimum, lambda _: False)
     search.begin(share * earned, 20)
     for _ in range(60):
         if not search.done:
@@ -127,12 +130,13 @@ def test_a_better_plan_is_met(seed: int) -> None:
     """Once nothing can be tighter, some beginning met earns what the best plan does, or nearly."""
     problem = small_problem(seed)
     optimum, earned = enumerated(problem)
-    table = table_of(problem, fitting_bin_s(problem))
-    search = Search(problem, table, 0.9 * optimum, lambda _: False)
+    movements = Movements(problem)
+    table = table_of(movements, movements.fitting_bin_s)
+    search = Search(movements, table, 0.9 * optimum, lambda _: False)
     search.begin(0.9 * earned, 20)
     while not search.done:
         search.split(6)
-    assert 0.99 * optimum <= search.flown[0] <= optimum + 1e-9 * problem.objective.most
+    assert 0.99 * optimum <= search.flown.reward <= optimum + 1e-9 * problem.objective.most
     flown = plan_of_legs(problem, "", search.better).tracks[0]
     seen_at = first_detection(problem.futures, flown, problem.sensor.radius_m)
     reward = float(problem.futures.weight @ problem.objective.reward(seen_at))

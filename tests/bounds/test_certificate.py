@@ -9,6 +9,7 @@ from planner.detection.objective import Objective
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
+from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
 
@@ -51,7 +52,7 @@ def test_thousands_of_plans_stay_behind_the_bound(
         objective=Objective(ready_s + 3000.0, ready_s + 600.0 if deadline else None)
     )
     legs, best = len(problem.legs), rate_order(WhatIf(problem))
-    certificate = certified(problem, plan_of_legs(problem, "", best), Effort(steps=60))
+    certificate = certified(problem, plan_of_legs(problem, "", best), Effort(stop=WorkDone(60)))
     assert certificate.gap < 1.0
     for _ in range(PLANS):
         order = rng.integers(legs, size=12).tolist()

@@ -26,6 +26,7 @@ from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from planner.search.stop import WorkDone
 from support.instances import network_of_roads
 
 CELLS, FIRST = 9, 8  # cells count from 0 here; the target starts in the last
@@ -142,6 +143,6 @@ def test_the_bound_meets_the_optimum(start: int, looks: int) -> None:
     chance, path = best_search(start, looks)
     problem = cell_problem(start, looks)
     plan = plan_of_legs(problem, "", legs_through(problem, path))
-    certificate = certified(problem, plan, Effort(steps=3000))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(3000)))
     assert certificate.value == pytest.approx(chance, abs=1e-9)
     assert chance - 1e-9 <= certificate.bound <= chance + 0.002

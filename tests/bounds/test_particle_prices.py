@@ -1,4 +1,4 @@
-"""No road plan is worth more than any prices allow, and the dearest flight is a slope."""
+"""No road plan is worth more than any prices allow, and the best flight tells the slope."""
 
 from dataclasses import replace
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.bounds.hops import hops_of
-from planner.bounds.particle_prices import Table, fitting_bin_s, table_of
+from planner.bounds.movements import Movements
+from planner.bounds.particle_prices import Table, table_of
 from planner.bounds.subgradient import lowest
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
@@ -41,7 +42,8 @@ def random_orders(problem: Problem, rng: np.random.Generator, many: int) -> list
 
 
 def small_table(problem: Problem) -> Table:
-    return table_of(problem, fitting_bin_s(problem))
+    movements = Movements(problem)
+    return table_of(movements, movements.fitting_bin_s)
 
 
 @pytest.mark.parametrize("seed", range(100))
@@ -81,8 +83,9 @@ def test_counts_are_a_slope(seed: int) -> None:
 def test_what_a_leg_before_surely_saw_it_saw(seed: int) -> None:
     """Whenever within its bins the hop begins, the leg flown just before has seen the particle."""
     problem, rng = random_problem(seed), np.random.default_rng(seed)
-    hops, table = hops_of(problem), small_table(problem)
-    (first, particle, _, known), _, (first_into, into) = table.world
+    hops, table = hops_of(problem.legs), small_table(problem)
+    first, particle, _, known = table.columns.sightings
+    first_into, into = table.columns.arrivals
     hop_of = np.searchsorted(first, np.arange(len(particle)), side="right") - 1
     told = np.flatnonzero(known)
     for e in rng.choice(told, min(60, len(told)), replace=False).tolist():
@@ -102,7 +105,7 @@ def test_what_a_leg_before_surely_saw_it_saw(seed: int) -> None:
 
 def test_hops_of_the_grid() -> None:
     """Straight flights along rows and columns are legs; those over a crossroads are two hops."""
-    hops = hops_of(grid_problem(grid_futures(1, np.random.default_rng(1))))
+    hops = hops_of(grid_problem(grid_futures(1, np.random.default_rng(1))).legs)
     assert hops.legs == 120
     steps = np.stack([hops.x_m, hops.y_m], axis=1).reshape(-1, 2, 2)
     steps = np.abs(np.diff(steps[hops.legs :], axis=1)[:, 0] / 15_000.0).round().astype(int)
@@ -115,9 +118,9 @@ def test_bins_must_fit() -> None:
     """A hop that ends in the bin it began in would be worth nothing to a programme over time."""
     problem = grid_problem(grid_futures(3, np.random.default_rng(1)))
     with pytest.raises(NotApplicableError, match="shortest flight"):
-        table_of(problem, 200.0)
+        table_of(Movements(problem), 200.0)
     with pytest.raises(NotApplicableError, match="smaller net"):
-        table_of(problem, 0.5)
+        table_of(Movements(problem), 0.5)
 
 
 def test_two_nodes_at_one_place_have_no_bound() -> None:
@@ -127,11 +130,11 @@ def test_two_nodes_at_one_place_have_no_bound() -> None:
     xy[1] = xy[0]
     problem = random_problem(1)
     with pytest.raises(NotApplicableError, match="nodes that are at one place"):
-        table_of(problem.replace(network=replace(net, node_xy_m=xy)), 1.0)
+        table_of(Movements(problem.replace(network=replace(net, node_xy_m=xy))), 1.0)
 
 
 def test_a_road_plan_that_has_to_come_home_has_no_bound() -> None:
     problem = random_problem(1)
     uav = replace(problem.uav, return_to_m=(0.0, 0.0))
     with pytest.raises(NotApplicableError, match="return_to"):
-        table_of(problem.replace(uav=uav), 1.0)
+        table_of(Movements(problem.replace(uav=uav)), 1.0)

@@ -204,7 +204,8 @@ def test_broken_sources(run: Commands, tmp_path: Path) -> None:
 
 def test_odd_names_are_fine(run: Commands, tmp_path: Path) -> None:
     odd = shutil.copytree(ROOT / "sumo_nets" / "figure3", tmp_path / "a b&\"'é [x]")
-    (odd / "figure3.edg.xml").open("a").write("<!-- another content -->")
+    with (odd / "figure3.edg.xml").open("a") as file:
+        file.write("<!-- another content -->")
     assert run("plan", odd, *QUICK, "-o", odd / "run").code == 0
     assert run("fly", odd / "run", "--targets", "5").code == 0
 

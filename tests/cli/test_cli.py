@@ -18,6 +18,7 @@ from lxml import etree
 
 import planner
 from planner.cli import main
+from planner.mission.run_folder import open_run
 from planner.network.sumo import binary, sumo_home
 from planner.report import run_files
 from support.command_line import TOWN, Commands, Said, expected_s, flown_by_hand, in_a_process, rows
@@ -382,7 +383,7 @@ def test_preset_paper(run: Commands, tmp_path: Path) -> None:
         plan = json.loads((tmp_path / method / "plan.json").read_text())
         take_off_s[method] = plan["uavs"][0]["waypoints"][0][0]
     assert take_off_s == {"greedy": 300, "exhaustive": 0, "wait": 0}
-    opened, _ = run_files.open_run(tmp_path / "wait")
+    opened, _ = open_run(tmp_path / "wait")
     truths = planner.Recorder(opened).truths(20, seed=1).futures
     firsts = truths.first_knot[:-1]
     assert np.all(truths.time_s[firsts] == 0)

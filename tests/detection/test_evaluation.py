@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.track import Track

@@ -74,17 +74,19 @@ def test_what_is_at_fault_takes_no_time_to_draw(conditions: list[Condition]) -> 
 
 
 def test_it_is_told_as_a_sentence() -> None:
-    assert Duration(0.0, 0, 0, ()).told(2) == "nothing is left to run"
+    assert Duration(0.0, 0, 0, ()).sentence(2) == "nothing is left to run"
     unknown = Duration(0.0, 0, 0, ("exact",))
-    assert unknown.told(2) == "how long it takes shows when some of it is done: exact"
-    assert Duration(90.0, 3, 0, ()).told(1) == (
+    assert unknown.sentence(2) == "how long it takes shows when some of it is done: exact"
+    assert Duration(90.0, 3, 0, ()).sentence(1) == (
         "about 90 s with 1 process (3 conditions by the times of finished ones)"
     )
-    assert Duration(2400.0, 3, 1200, ("exact",)).told(2) == (
+    assert Duration(2400.0, 3, 1200, ("exact",)).sentence(2) == (
         "about 20 min with 2 processes (3 conditions by the times of finished ones; 1,200 by their "
         "size, good to a factor of two; without exact, of which none is done)"
     )
-    assert Duration(72_000.0, 0, 1, ()).told(2).startswith("about 10.0 h with 2 processes (1 by")
+    assert (
+        Duration(72_000.0, 0, 1, ()).sentence(2).startswith("about 10.0 h with 2 processes (1 by")
+    )
 
 
 def test_dry_run_of_the_paper_lists_all_experiments(

@@ -6,17 +6,16 @@ import pytest
 
 from planner.bounds import particle_prices as bound
 from planner.cli import instances as commands_instances
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.experiments.instances import (
     Instance,
     bound_on,
     flown_again,
     instances_path,
-    legs_of,
-    names_of,
     read_instances,
 )
+from planner.flight.legs import leg_names, legs_named
 from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.search.methods import METHODS, method_named
 from support.command_line import Commands
@@ -33,9 +32,9 @@ def test_there_are_enough_and_each_is_sound(instances: list[Instance]) -> None:
     assert len({one.name for one in instances}) == len(instances)
     for one in instances:
         network = one.opened().network
-        legs = legs_of(network, one.plan)
+        legs = legs_named(network, one.plan)
         assert legs
-        assert names_of(network, legs) == list(one.plan)
+        assert leg_names(network, legs) == list(one.plan)
         assert one.low_s < one.value_s < one.high_s
         assert one.bound is not None
         assert 0.0 < one.bound.bound_s <= one.bound.planned_s + 0.1
@@ -51,7 +50,7 @@ def test_a_bound_is_for_roads_or_for_any_flight(
     futures = recorder.planning().futures
     roads = bound_on(one, futures, 20)
     problem = problem_of(opened, futures)
-    best = make_plan(method_named("exact"), opened, recorder, futures)
+    best = make_plan(method_named("exact"), opened, recorder, futures).plan
     seen = evaluate(best.tracks, futures, problem.sensor, problem.objective)
     assert (roads.plan_class, roads.note) == ("roads", "")
     assert roads.bound_s <= seen.expected_detection_time_s
@@ -126,9 +125,9 @@ def test_a_broken_file_is_told_in_one_line(tmp_path: Path, text: str) -> None:
 
 def test_a_road_that_is_not_there() -> None:
     network = figure3()
-    assert legs_of(network, ["AB", "!BC"]) == [
+    assert legs_named(network, ["AB", "!BC"]) == [
         2 * network.road_ids.index("AB"),
         2 * network.road_ids.index("BC") + 1,
     ]
     with pytest.raises(InputError, match="XY: is not a road"):
-        legs_of(network, ["AB", "XY"])
+        legs_named(network, ["AB", "XY"])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner.flight.pieces import along, pieces
 from planner.futures.futures import Futures
-from planner.report.maps import View, positions
+from planner.report.maps import View
 from planner.search.plan import plan_of_legs, plan_of_wait
 from support.grid_instance import grid_futures, grid_problem
 from support.instances import figure3, physics_futures
@@ -67,7 +67,7 @@ def test_positions_agree_with_each_particle_s_own(time_s: float, gone: bool) -> 
         [*futures.weight, *nowhere.weight],
         [*futures.gone, False],
     )
-    found = positions(together, time_s)
+    found = together.positions(time_s)
     for particle in range(len(together)):
         expected = together.xy(particle, time_s)
         assert np.allclose(found[particle], expected, equal_nan=True)
@@ -76,8 +76,8 @@ def test_positions_agree_with_each_particle_s_own(time_s: float, gone: bool) -> 
 def test_positions_at_the_very_knots() -> None:
     futures = physics_futures(figure3(), [["AB", "BC"]], 0.0, 10.0, gone=True)
     for time_s in futures.time_s:
-        assert np.allclose(positions(futures, time_s)[0], futures.xy(0, time_s))
-    assert np.isnan(positions(futures, futures.time_s[-1] + 1e-3)).all()
+        assert np.allclose(futures.positions(time_s)[0], futures.xy(0, time_s))
+    assert np.isnan(futures.positions(futures.time_s[-1] + 1e-3)).all()
 
 
 def test_view_is_a_square_with_the_net_in_its_middle() -> None:

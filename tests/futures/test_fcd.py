@@ -1,12 +1,17 @@
 """Floating car data that the bare sumo program wrote becomes the same futures."""
 
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
 
 from planner.errors import InputError
+from planner.futures.fcd import read_samples
+from planner.futures.futures import NO_EDGE
 from planner.futures.store import read_recording
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
@@ -80,3 +85,37 @@ def test_what_is_no_fcd_is_told_in_one_line(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
     with pytest.raises(InputError, match="is not in"):
         read_recording(sumo_fcd(town(), tmp_path, "town.xml"), network)
+
+
+def test_nulls_are_unknown(tmp_path: Path) -> None:
+    network = grid5x5()
+    path = tmp_path / "some.parquet"
+    columns = {
+        "timestep_time": [0, 1, 2],
+        "vehicle_id": ["v", "v", None],
+        "vehicle_x": [5.0, 6.0, None],
+        "vehicle_y": [0.0, 0.0, None],
+        "vehicle_speed": [None, 1.5, None],
+        "vehicle_pos": [5.0, None, None],
+        "vehicle_lane": ["r0c0-r0c1_0", None, None],
+    }
+    pyarrow.parquet.write_table(pyarrow.table(columns), path)
+    samples = read_samples(path, network)
+    assert samples.time_s.tolist() == [0.0, 1.0]
+    np.testing.assert_array_equal(samples.speed_mps, [np.nan, 1.5])
+    np.testing.assert_array_equal(samples.along_m, [5.0, np.nan])
+    assert samples.edge.tolist() == [network.edge_index["r0c0-r0c1"], NO_EDGE]
+
+
+def test_pandas_is_not_loaded(tmp_path: Path) -> None:
+    network = town()
+    path = sumo_fcd(network, tmp_path, "fcd.parquet")
+    code = f"""
+import sys
+from pathlib import Path
+from planner.futures.fcd import read_samples
+from planner.network.read import read_net
+read_samples(Path({str(path)!r}), read_net(Path({str(network.path)!r})))
+sys.exit("pandas" in sys.modules)
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

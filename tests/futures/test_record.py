@@ -109,6 +109,7 @@ def one(particles: Particles, k: int) -> Particles:
         speed_mps=particles.speeds(k),
         seed=particles.seed[[k]],
         gone=particles.gone[[k]],
+        target=particles.target[[k]],
     )
 
 

@@ -1,5 +1,7 @@
 """Futures on disk: what is written is read, what is broken is told in one line."""
 
+import shutil
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +9,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from planner.belief.distribution import Listed, Normal, Uniform
+from planner.belief.particles import Particles
+from planner.belief.prior import Prior, turn_probability
+from planner.belief.recipe import Drawn, Given, OneTarget, Recipe
 from planner.errors import InputError
 from planner.futures import store
 from planner.futures.record import record
-from planner.futures.store import describe, read_recording, recorded, write_recording
+from planner.futures.store import describe, made_by, read_recording, recorded, write_recording
 from planner.network.road_network import RoadNetwork
 from support.instances import figure3, physics_futures
 from support.sumo_instances import grid5x5, walkers
@@ -62,13 +68,38 @@ def test_without_particles_weights_are_equal_and_all_stay(
     assert not futures.gone.any()
 
 
+def test_targets_are_read(written: tuple[Path, RoadNetwork]) -> None:
+    path, network = written
+    beside = path.with_name("particles.parquet")
+    assert read_recording(path, network).futures.target.tolist() == [0] * 5
+    changed(beside, "target", [0, 2, 1, 0, 2])
+    assert read_recording(path, network).futures.target.tolist() == [0, 2, 1, 0, 2]
+    for faulty in (-1, 0.5):
+        changed(beside, "target", [0, 0, faulty, 0, 0])
+        with pytest.raises(InputError, match="column 'target' must hold whole numbers"):
+            read_recording(path, network)
+    table = pq.read_table(beside)
+    pq.write_table(table.drop_columns(["target"]), beside)
+    assert read_recording(path, network).futures.target.tolist() == [0] * 5
+
+
+def test_targets_are_recorded(tmp_path: Path) -> None:
+    network = grid5x5()
+    particles = walkers(network, 3, np.random.default_rng(1), start="r0c0-r0c1", roads=2)
+    particles = replace(particles, target=np.array([2, 0, 1]))
+    futures = record(network, particles, horizon_s=300.0, workers=1)
+    write_recording(tmp_path, futures, particles, network, describe(network, {}))
+    again = read_recording(tmp_path / "futures.parquet", network).futures
+    assert futures.target.tolist() == again.target.tolist() == [2, 0, 1]
+
+
 def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     network = grid5x5()
     particles = walkers(network, 4, np.random.default_rng(2), start="r0c0-r0c1", roads=2)
-    first = recorded(network, particles, horizon_s=900.0, scenario={"a": 1}, workers=1)
+    first = recorded(network, Given(particles, 900.0), scenario={"a": 1}, workers=1)
     assert (empty_cache / "futures").is_dir()
     monkeypatch.setattr(store, "record", lambda *_, **__: pytest.fail("recorded again"))
-    again = recorded(network, particles, horizon_s=900.0, scenario={"a": 1})
+    again = recorded(network, Given(particles, 900.0), scenario={"a": 1})
     np.testing.assert_array_equal(again.futures.time_s, first.futures.time_s)
 
 
@@ -77,11 +108,160 @@ def test_another_horizon_or_particle_is_recorded_anew(empty_cache: Path) -> None
     rng = np.random.default_rng(3)
     one, other = (walkers(network, 2, rng, start="r0c0-r0c1", roads=2) for _ in range(2))
     ends = [
-        recorded(network, particles, horizon_s=horizon_s, scenario={}, workers=1).futures.end_s
+        recorded(network, Given(particles, horizon_s), scenario={}, workers=1).futures.end_s
         for particles, horizon_s in ((one, 300.0), (one, 600.0), (other, 600.0))
     ]
     assert ends[0].max() < ends[1].min()
     assert len(list((empty_cache / "futures").iterdir())) == 3
+
+
+def drawn() -> Drawn:
+    network = figure3()
+    edges, turns = len(network.edge_ids), len(network.turn_edge)
+    prior = Prior(
+        edge_probability=np.full(edges, 1 / edges),
+        distance_m=None,
+        speed_mps=Uniform(15.0, 25.0),
+        turn_probability=np.full(turns, 0.5),
+        speed_per_road=False,
+        driving="constant",
+        gone=False,
+        probability_present=1.0,
+    )
+    return Drawn(prior, 100, 900.0, 1, ("particles",))
+
+
+# A value other than `drawn` has, for every field there is.
+OTHER_DRAWN = {
+    "prior": replace(drawn().prior, gone=True),
+    "count": 101,
+    "horizon_s": 901.0,
+    "seed": 2,
+    "stream": ("particles", 0),
+    "sampling": "sobol",
+}
+OTHER_PRIOR = {
+    "edge_probability": np.roll(np.linspace(0, 1, len(figure3().edge_ids)), 1),
+    "distance_m": Listed(np.zeros(1), np.ones(1)),
+    "speed_mps": Uniform(15.0, np.nextafter(25.0, 26.0)),
+    "turn_probability": np.linspace(0, 1, len(figure3().turn_edge)),
+    "speed_per_road": True,
+    "driving": "free",
+    "gone": True,
+    "probability_present": 0.5,
+}
+OTHER_TARGET = {
+    "prior": replace(drawn().prior, driving="free"),
+    "route": ["AB"],
+    "speed_mps": 21.0,
+    "offset_m": 1.0,
+    "horizon_s": 901.0,
+    "seed": 2,
+    "stream": ("truth", 1),
+}
+SPEEDS = [
+    Uniform(15.0, 25.0),
+    Uniform(14.0, 25.0),
+    Normal(20.0, 2.0, 15.0, 25.0),
+    Normal(21.0, 2.0, 15.0, 25.0),
+    Normal(20.0, 3.0, 15.0, 25.0),
+    Normal(20.0, 2.0, 14.0, 25.0),
+    Normal(20.0, 2.0, 15.0, 26.0),
+    Listed(np.array([15.0, 25.0]), np.array([0.5, 0.5])),
+    Listed(np.array([15.0, 24.0]), np.array([0.5, 0.5])),
+    Listed(np.array([15.0, 25.0]), np.array([0.4, 0.6])),
+]
+
+
+def key_of(recipe: Recipe, **described: str) -> str:
+    return store._key(recipe, {"net_sha256": "a", **described})
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Drawn)])
+def test_all_of_a_recipe_is_in_the_key(name: str) -> None:
+    other = replace(drawn(), **{name: OTHER_DRAWN[name]})
+    assert key_of(drawn()) == key_of(drawn()) != key_of(other)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Prior)])
+def test_all_of_a_prior_is_in_the_key(name: str) -> None:
+    prior = replace(drawn().prior, **{name: OTHER_PRIOR[name]})
+    assert key_of(replace(drawn(), prior=prior)) != key_of(drawn())
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(OneTarget)])
+def test_all_of_a_given_target_is_in_the_key(name: str) -> None:
+    target = OneTarget(drawn().prior, ["AB", "BC"], 20.0, 0.0, 900.0, 1, ("truth",))
+    assert key_of(replace(target, **{name: OTHER_TARGET[name]})) != key_of(target)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Particles)])
+def test_all_of_given_particles_is_in_the_key(name: str) -> None:
+    network = figure3()
+    particles = drawn().particles(network)
+    column = getattr(particles, name)
+    value = "free" if name == "driving" else np.concatenate((column[:-1], column[-1:] + 1))
+    if name == "first_edge":  # one route ends where the next one begins
+        value = column + np.where(np.arange(len(column)) == 1, 1, 0)
+    if name == "gone":
+        value = ~column
+    other = replace(particles, **{name: value})
+    assert key_of(Given(other, 900.0)) != key_of(Given(particles, 900.0))
+    assert key_of(Given(particles, 901.0)) != key_of(Given(particles, 900.0))
+
+
+def test_all_of_a_distribution_is_in_the_key() -> None:
+    for part in ("speed_mps", "distance_m"):
+        priors = [replace(drawn().prior, **{part: values}) for values in SPEEDS]
+        assert len({key_of(replace(drawn(), prior=prior)) for prior in priors}) == len(SPEEDS)
+
+
+def test_the_net_and_the_program_are_in_the_key(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert key_of(drawn(), net_sha256="b") != key_of(drawn())
+    assert key_of(drawn(), sumo_version="2.0") != key_of(drawn())
+    described = describe(figure3(), {"seed": 1})
+    assert {"net_sha256", "sumo_version", "scenario"} <= set(described)
+    known = {made_by(store.PACKAGE)}
+    for file in ("belief/sampling.py", "futures/knots.py", "network/road_network.py", "streams.py"):
+        copy = tmp_path / file.replace("/", "-")
+        shutil.copytree(store.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        assert made_by(copy) in known  # wherever it lies
+        other = tmp_path / f"{copy.name}-changed"
+        copy.rename(other)
+        (other / file).write_text((other / file).read_text() + "#")
+        assert made_by(other) not in known
+        known.add(made_by(other))
+    assert {name for name, _ in (one.split() for one in made_by(store.PACKAGE)[1:])} == {
+        "numpy",
+        "scipy",
+    }
+    before = key_of(drawn())
+    made_by.cache_clear()
+    monkeypatch.setattr(store, "version_of", lambda name: f"{name}-99")
+    assert key_of(drawn()) != before
+    made_by.cache_clear()
+
+
+def test_what_has_no_text_is_no_recipe() -> None:
+    with pytest.raises(TypeError, match="no place in a recipe"):
+        key_of(replace(drawn(), prior=object()))  # type: ignore[arg-type]
+
+
+def test_nothing_is_drawn_that_is_recorded(
+    empty_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = grid5x5()
+    edges = np.zeros(len(network.edge_ids))
+    edges[0] = 1.0
+    turns = turn_probability(network, {})
+    prior = replace(drawn().prior, edge_probability=edges, turn_probability=turns)
+    recipe = replace(drawn(), prior=prior, count=3)
+    made = recorded(network, recipe, scenario={}, workers=1)
+    monkeypatch.setattr(Drawn, "particles", lambda *_: pytest.fail("drawn again"))
+    again = recorded(network, recipe, scenario={})
+    np.testing.assert_array_equal(again.futures.time_s, made.futures.time_s)
 
 
 def changed(path: Path, name: str, values: list[object]) -> None:

@@ -15,11 +15,14 @@ import pyarrow.parquet
 import pytest
 
 from planner.arrays import Floats
-from planner.bounds.certificate import Effort, certified, earliest
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.bounds.certificate import Effort, certified, earliest, gap_of
+from planner.bounds.movements import Movements
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.intervals import lower_limit
@@ -29,12 +32,15 @@ from planner.mission.certificate_file import (
     PRICES,
     WEIGHTS,
     certificate_content,
+    read_certificate,
+    write_better,
     write_certificate,
 )
 from planner.mission.plan_file import plan_content, write_plan
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
+from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
@@ -48,7 +54,7 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
     path = folder / "plan.json"
     figures = {"planned": planned, "evaluated": planned, "seed": 1}
     write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
-    certificate = certified(problem, plan, Effort(steps=steps))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(steps)))
     content = certificate_content(problem, certificate)
     write_certificate(folder, problem, certificate, path, content)
 
@@ -61,7 +67,7 @@ def wrong_claims(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], list[Any]]
 
     def found(folder: Path) -> list[Any]:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return [claim for claim in run_of(folder).claims() if not claim[-1] <= 1e-6]
+            return [claim for claim in run_of(folder).claims() if not claim.wrong <= 1e-6]
 
     return found
 
@@ -119,7 +125,7 @@ def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
     """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
     problem = random_problem(seed)
     uav, radius_m = problem.uav, problem.sensor.radius_m
-    met_s = earliest(problem)
+    met_s = earliest(Movements(problem))
     assert np.all(met_s >= uav.take_off_s)
     for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
         x, y = problem.futures.xy(k, met_s[k])
@@ -180,6 +186,24 @@ def test_tampering_is_refused(tampered: str, tmp_path: Path) -> None:
             plan["certificate"]["bin_s"] *= 2.0
         (tmp_path / "plan.json").write_text(json.dumps(plan))
     assert verify(tmp_path).returncode == 1
+
+
+def test_columns_are_read_by_name(tmp_path: Path) -> None:
+    """In another order they say the same; under another's name they do not; without one nothing."""
+    problem = small_problem()
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    table = pyarrow.parquet.read_table(tmp_path / MOTION)
+    pyarrow.parquet.write_table(table.select(table.column_names[::-1]), tmp_path / MOTION)
+    assert verify(tmp_path).returncode == 0
+    other = {"x_m": "y_m", "y_m": "x_m"}
+    swapped = table.rename_columns([other.get(name, name) for name in table.column_names])
+    pyarrow.parquet.write_table(swapped, tmp_path / MOTION)
+    assert verify(tmp_path).returncode == 1
+    for name in table.column_names:
+        renamed = [f"{one}_" if one == name else one for one in table.column_names]
+        pyarrow.parquet.write_table(table.rename_columns(renamed), tmp_path / MOTION)
+        done = verify(tmp_path)
+        assert (done.returncode, name in done.stderr) == (2, True)
 
 
 def test_a_sensor_that_sees_in_transit_is_refused(tmp_path: Path) -> None:
@@ -388,11 +412,43 @@ def test_nothing_else_in_the_file_has_a_say(tmp_path: Path) -> None:
     assert verify(tmp_path).returncode == 2
 
 
+def test_a_stored_certificate_is_read_back(tmp_path: Path) -> None:
+    problem, path = small_problem(), tmp_path / "plan.json"
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    content = json.loads(path.read_text())
+    stored = read_certificate(path)
+    assert stored is not None
+    assert stored.content() == content["certificate"]
+    assert stored.bound == content["certificate"]["lower_bound_s"]
+    bound = {"lower_bound_s": "high"}, {"upper_bound_probability": 0.5}, {"lower_bound_s": None}
+    for broken in ([], "none", {}, *(content["certificate"] | change for change in bound)):
+        path.write_text(json.dumps(content | {"certificate": broken}))
+        with pytest.raises(InputError, match="its certificate is broken"):
+            read_certificate(path)
+    del content["certificate"]
+    path.write_text(json.dumps(content))
+    assert read_certificate(path) is None
+
+
+def test_a_broken_certificate_is_replaced(tmp_path: Path) -> None:
+    problem, path = small_problem(), tmp_path / "plan.json"
+    plan = rate_plan(problem)
+    write_certified(tmp_path, problem, plan, steps=5)
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {"certificate": {"gap": 0.0}}))
+    certificate = certified(problem, plan, Effort(stop=WorkDone(5)))
+    stays, is_earlier = write_better(tmp_path, path, problem, certificate, (1.0, 10))
+    assert (stays.sets, is_earlier) == (10, False)
+    assert verify(tmp_path).returncode == 0
+    again, is_earlier = write_better(tmp_path, path, problem, certificate)
+    assert (again, is_earlier) == (stays, False)
+
+
 def test_a_gap_may_be_asked_for() -> None:
     problem = small_problem()
     plan = rate_plan(problem)
-    heard: list[float] = []
-    wide = certified(problem, plan, Effort(told=lambda *told: heard.append(told[3])))
+    wide = certified(problem, plan, Effort())
+    heard = [gap_of(wide.value, point.value) for point in wide.trace]
     assert heard == sorted(heard, reverse=True)
     assert wide.gap <= heard[-1] < heard[0]
     asked = certified(problem, plan, Effort(gap=0.5 * (heard[0] + wide.gap)))
@@ -418,7 +474,7 @@ def test_landing_only_lowers_what_is_possible() -> None:
     problem = small_problem()
     uav = replace(problem.uav, max_flight_time_s=1500.0)
     problem = problem.replace(uav=uav)
-    certificate = certified(problem, rate_plan(problem), Effort(steps=30))
+    certificate = certified(problem, rate_plan(problem), Effort(stop=WorkDone(30)))
     assert certificate.bound <= certificate.value
 
 

@@ -1,6 +1,7 @@
 """Scenarios with their networks: what comes out, and faults that only the network shows."""
 
 import logging
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from planner.belief.sampling import sample
 from planner.belief.turn_file import read_turns
 from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.search.greedy import GreedyOptions
 from planner.streams import stream
 from support.sumo_instances import NETS
 
@@ -39,7 +41,7 @@ def opened(*overrides: str, name: str | Path = "figure3") -> OpenScenario:
 def faults(*overrides: str, name: str | Path = "figure3") -> list[str]:
     with pytest.raises(ScenarioError) as raised:
         open_scenario(name, overrides=overrides)
-    return list(raised.value.faults)
+    return list(map(str, raised.value.faults))
 
 
 def test_figure3() -> None:
@@ -230,3 +232,26 @@ def test_broken_turn_files(tmp_path: Path, text: str, message: str) -> None:
 def test_no_turn_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_turns(tmp_path / "turns.xml")
+
+
+def test_nothing_that_is_kept_in_memory_is_stale(tmp_path: Path) -> None:
+    for kind in ("nod", "edg"):
+        text = (NETS / f"town/town.{kind}.xml").read_text()
+        (tmp_path / f"town.{kind}.xml").write_text(text)
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(TOWN.replace(f"{NETS}/town/", ""))
+    before = opened("search.seed=5", name=tmp_path)
+    assert opened("search.seed=5", name=tmp_path).network is before.network
+    assert opened(name=tmp_path).scenario.search.seed == 1  # an override is not kept
+    scenario.write_text(scenario.read_text().replace("x_m = 3", "x_m = 4"))
+    assert opened(name=tmp_path).uav_xy_m == (4.0, 4.0)
+    edges = tmp_path / "town.edg.xml"
+    edges.write_text(edges.read_text().replace('speed="', 'speed="1'))
+    after = opened(name=tmp_path).network
+    assert after.sha256 != before.network.sha256
+    assert (after.edge_limit_mps > before.network.edge_limit_mps).all()
+
+
+def test_the_options_of_greedy_are_those_of_the_scenario() -> None:
+    plain = opened().scenario.greedy.model_dump()
+    assert plain == asdict(GreedyOptions())

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from planner.bounds.certificate import Certificate
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.flight.plan import Plan
-from planner.mission.to_gap import MORE, Sides, planned_to_gap
+from planner.mission.to_gap import MORE, TwoSided, planned_to_gap
 from planner.mission.trial import Trial
 from planner.search.plan import plan_of_legs, plan_of_wait
+from planner.search.result import SearchResult
 from support.search_instances import random_problem
 
 PROBLEM = random_problem(2)
@@ -24,7 +26,7 @@ def trial(value: float, plan: Plan = ROADS, *, by_s: float | None = None) -> Tri
     seen = np.array([value, value]) if by_s is None else np.array([0.0, np.inf])
     weight = np.array([0.5, 0.5]) if by_s is None else np.array([value, 1.0 - value])
     planned = Evaluation(seen, weight, np.zeros(2), Objective(PROBLEM.horizon_s, by_s))
-    return Trial("", plan, planned, planned, 0.0, 0, 0, stopped=False)
+    return Trial("", SearchResult(plan), planned, planned, 0.0, 0)
 
 
 class Hands:
@@ -54,7 +56,7 @@ class Hands:
         return self.met
 
     def found(self, gap: float, **more: object) -> tuple[Trial, Certificate | None]:
-        found = planned_to_gap(Sides(self.plan, self.bound, self.fly), gap, **more)
+        found = planned_to_gap(TwoSided(self.plan, self.bound, self.fly), gap, **more)
         assert (self.trials, self.bounds) == ([], [])
         return found
 
@@ -71,7 +73,7 @@ def test_a_gap_reached_ends_it() -> None:
 def test_a_better_plan_that_bounding_meets_is_taken(met: float, kept: float) -> None:
     hands = Hands([trial(500.0), trial(600.0)], [400.0])
     hands.better = {400.0: trial(met)}
-    found, certificate = planned_to_gap(Sides(hands.plan, hands.bound, hands.fly), 0.1)
+    found, certificate = planned_to_gap(TwoSided(hands.plan, hands.bound, hands.fly), 0.1)
     assert certificate is not None
     assert (found.planned.figure, certificate.value) == (kept, kept)
     assert hands.more == [1] if kept == met else [1, 8]
@@ -141,7 +143,9 @@ def test_no_time_still_gives_both() -> None:
 
 def test_whoever_asks_gets_the_best_so_far() -> None:
     hands = Hands([trial(500.0)], [410.0])
-    found = planned_to_gap(Sides(hands.plan, hands.bound, hands.fly, lambda: not hands.bounds), 0.1)
+    found = planned_to_gap(
+        TwoSided(hands.plan, hands.bound, hands.fly, lambda: not hands.bounds), 0.1
+    )
     assert found[1] is not None
     assert not hands.trials
 

@@ -3,7 +3,6 @@
 import xml.etree.ElementTree as ET
 from dataclasses import fields
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,14 +11,15 @@ from planner.errors import InputError
 from planner.network import read
 from planner.network.read import open_network, read_net
 from planner.network.road_network import RoadNetwork
+from planner.scenario.sections import NetworkSection
 from support import instances
+from support.data import data_file
 
 NETS = Path(__file__).parents[2] / "sumo_nets"
 
 
-def section(**given: object) -> SimpleNamespace:
-    nothing = dict.fromkeys(("nodes", "edges", "connections", "signals", "net", "osm"))
-    return SimpleNamespace(**{**nothing, "abstract": True, **given})
+def section(**given: object) -> NetworkSection:
+    return NetworkSection.model_validate({"abstract": True, **given})
 
 
 def shipped_net(name: str) -> RoadNetwork:
@@ -222,3 +222,23 @@ def test_missing_net_is_named(tmp_path: Path) -> None:
         read_net(tmp_path)
     with pytest.raises(InputError, match="needs nodes and edges, or net, or osm"):
         open_network(section(nodes="only.nod.xml"), tmp_path)
+
+
+def test_a_net_tells_its_projection(tmp_path: Path) -> None:
+    assert shipped_net("grid5x5").projection is None
+    path = shipped_net("grid5x5").path
+    utm = "+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
+    text = path.read_text()
+    assert 'projParameter="!"' in text
+    (tmp_path / "town.net.xml").write_text(text.replace('"!"', f'"{utm}"'))
+    for _ in range(2):  # read, and kept
+        read._network.cache_clear()
+        assert read_net(tmp_path / "town.net.xml").projection == utm
+    assert read_net(tmp_path / "town.net.xml").half_width_m.tolist() == [0.0] * 60
+
+
+def test_a_quarter_of_bologna() -> None:
+    network = read_net(data_file("bologna_acosta/acosta_buslanes.net.xml"))
+    assert len(network.edge_ids) > 100
+    assert (network.road_length_m > 0).all()
+    assert network.projection is None or network.projection.startswith("+proj")

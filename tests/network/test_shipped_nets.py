@@ -3,7 +3,6 @@
 import runpy
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -80,13 +79,3 @@ def test_scenarios_are_found_by_name() -> None:
     assert (folder / "scenario.toml").is_file()
     assert {"figure1", "figure3", "figure3-gone", "grid5x5"} <= set(shipped_names())
     assert [shipped(name) for name in ("nowhere", "", ".", "..", "grid5x5/..")] == [None] * 5
-
-
-def test_package_takes_every_stage_along() -> None:
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    folders = [path.parent for path in (ROOT / "planner").rglob("__init__.py")]
-    stages = {".".join(folder.relative_to(ROOT).parts) for folder in folders}
-    assert set(settings["packages"]) == {*stages, "planner", "planner.sumo_nets"}
-    shipped_files = [path for path in ROOT.glob("sumo_nets/*/*") if path.is_file()]
-    patterns = settings["package-data"]["planner.sumo_nets"]
-    assert [f for f in shipped_files if not any(f.match(pattern) for pattern in patterns)] == []

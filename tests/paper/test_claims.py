@@ -12,14 +12,14 @@ from planner.paper import (
     claims_orders,
     claims_speed,
 )
-from planner.paper.claims import Claim, Found, markdown_table, page
-from planner.paper.figures import ALL, PATHS
+from planner.paper.claims import Claim, ResultsByName, markdown_table, page
+from planner.paper.figures import ALL, PATHS, U0
 from planner.paper.optimum import BOUND
-from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
+from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND
 from support.experiment_results import exhaustive_until, figure8, figure9
 
 
-def judged(found: Found, judge: Any, start: str) -> Claim:
+def judged(found: ResultsByName, judge: Any, start: str) -> Claim:
     (claim,) = [claim for claim in judge(found) if claim.text.startswith(start)]
     return claim
 
@@ -74,7 +74,7 @@ def test_well_under_is_by_a_tenth(late_s: float, verdict: str) -> None:
     found = {"figure8": figure8(lambda _method, _u0: late_s)}
     claim = judged(found, claims_distance.claims, "In the simulation-aided search the detection")
     assert claim.verdict == verdict
-    assert "below 9,000 s, 10 % less" in claim.reading
+    assert "below 9,000 s, 10 % less" in claim.interpretation
 
 
 def test_before_the_goal_up_to_some_distance() -> None:
@@ -154,7 +154,7 @@ def test_plans_beside_a_bound() -> None:
     found = {"optimum": Results(tuple(rows), 2, {})}
     claim = judged(found, claims_orders.claims, "How far from optimal")
     assert "50 to 50 % above" in claim.finding
-    assert "64 independent particles, 2 seeds" in claim.reading
+    assert "64 independent particles, 2 seeds" in claim.interpretation
     assert claim.table.endswith(
         "| 60 km | 1,002 s (995 to 1,008) | 1,502 s (1,495 to 1,508) | 50.0 % |"
     )
@@ -180,7 +180,7 @@ def test_random_orders_check_the_mean_of_all() -> None:
     ]
     found = {"section4": Results(tuple(rows), 1, {})}
     claim = judged(found, claims_orders.claims, "7 road segments")
-    assert "Figure 3, 90 futures" in claim.reading
+    assert "Figure 3, 90 futures" in claim.interpretation
     assert claim.finding.startswith("645,120 orders are flown")
     assert "is 1.5 to 1.5 standard errors" in claim.finding
     assert "| 1,030 s ± 20 |" in claim.table

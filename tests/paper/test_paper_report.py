@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from planner.paper.figures import U0
 from planner.paper.report import CAPTIONS, PAGE, claims_of, drawn, write_curves, write_report
-from planner.report.estimates import EXPECTED, U0
+from planner.report.estimates import EXPECTED
 from support.experiment_results import exhaustive_until, figure8, figure9
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
+from planner.cli.printing import console
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.experiments.instances import Bound, instances_path, read_instances
@@ -17,7 +18,6 @@ from planner.report.experiment_tables import (
     instances_table,
     results_table,
 )
-from planner.report.tables import console
 
 
 def row(seed: int, expected_s: float | None, reason: str | None = None, **more: Any) -> Any:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.errors import OutputError
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at

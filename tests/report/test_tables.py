@@ -8,22 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.cli.doctor import Finding, doctor_table
+from planner.cli.printing import console
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.futures.state_at import by_road, state_at
-from planner.report.doctor import Finding
 from planner.report.tables import (
     MethodRow,
     compare_table,
-    console,
-    doctor_table,
     flights_table,
     legs_table,
     plan_table,
-    where_table,
 )
+from planner.report.where import where_table
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support.instances import figure3, physics_futures

@@ -33,7 +33,7 @@ def faults(
     folder: Path, *overrides: str, text: str = SMALL, preset: str | None = None
 ) -> list[str]:
     (folder / "scenario.toml").write_text(text)
-    return list(read_draft(folder, overrides=overrides, preset=preset).faults)
+    return [str(one) for one in read_draft(folder, overrides=overrides, preset=preset).faults]
 
 
 def test_defaults_are_the_papers(folder: Path) -> None:
@@ -414,7 +414,7 @@ def test_syntax_errors_name_the_line(folder: Path) -> None:
 
 def test_no_utf8(folder: Path) -> None:
     (folder / "scenario.toml").write_bytes(b"title = '\xff'")
-    assert "not UTF-8" in read_draft(folder).faults[0]
+    assert "not UTF-8" in read_draft(folder).faults[0].text
 
 
 @pytest.mark.parametrize(

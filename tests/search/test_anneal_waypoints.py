@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -55,7 +55,7 @@ def reward(problem: Problem, plan: Plan) -> float:
 
 def annealed(problem: Problem, start: Floats | None, seed: int = 3, moves: int = 600) -> Plan:
     rng = np.random.default_rng(seed)
-    return anneal_waypoints(problem, budget=Budget(work=MOVE * moves), rng=rng, start=start)
+    return anneal_waypoints(problem, budget=Budget(work=MOVE * moves), rng=rng, start=start).plan
 
 
 @settings(max_examples=60, deadline=None)
@@ -130,7 +130,7 @@ def test_on_figure_3_it_is_at_least_as_good_as_the_best_order_of_roads() -> None
     problem = Problem(
         network, futures, Uav(-30e3, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0)
     )
-    best = exact(problem, budget=Budget(roads=7), rng=np.random.default_rng(0))
+    best = exact(problem, budget=Budget(roads=7), rng=np.random.default_rng(0)).plan
     order = [flown.leg for flown in best.legs[0]]
     start = waypoints_of(problem, plan_of_legs(problem, "", order))
     assert reward(problem, annealed(problem, start, moves=3000)) > reward(problem, best) + 1.0
@@ -152,7 +152,7 @@ def test_a_stop_returns_the_best_so_far() -> None:
     problem = grid_problem(grid_futures(100, np.random.default_rng(1)), distance_m=10e3)
     asked: list[None] = []
 
-    def stop() -> bool:
+    def stop(_: int) -> bool:
         asked.append(None)
         return len(asked) > 2
 
@@ -160,7 +160,7 @@ def test_a_stop_returns_the_best_so_far() -> None:
     budget, rng = Budget(stop=stop), np.random.default_rng(0)
     plan = anneal_waypoints(
         problem, budget=budget, rng=rng, start=start, annealing=Annealing(10**9)
-    )
+    ).plan
     assert len(asked) == 3
     assert reward(problem, plan) >= reward(problem, plan_of_waypoints(problem, "", start))
 

@@ -88,8 +88,10 @@ def test_repairs_never_make_it_worse_and_repeat(seed: int) -> None:
     problem = random_problem(seed)
     engine = WhatIf(problem)
     order = list(rate_order(engine))
-    budget = Budget(work=9000)
-    twice = [list(polished(engine, order, budget, stream(seed, "lns"))) for _ in range(2)]
+    twice = [
+        list(polished(engine, order, 9000, stream(seed, "lns"), stop=lambda: False))
+        for _ in range(2)
+    ]
     assert twice[0] == twice[1]
     assert reward(problem, twice[0]) >= reward(problem, order) * (1 - 1e-12)
 
@@ -101,7 +103,7 @@ def test_best_is_at_most_the_optimum_over_once_per_road_orders(
 ) -> None:
     problem = section4(gone=gone, start_km=start_km, take_off_s=take_off_s)
     _, optimum_s = best_order(problem, 7)
-    plan = best(problem, budget=Budget(work=9000), rng=stream(1, "best"))
+    plan = best(problem, budget=Budget(work=9000), rng=stream(1, "best")).plan
     seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
     assert problem.futures.weight @ np.minimum(seen_at, 3_600.0) <= optimum_s + 1e-6
 
@@ -111,7 +113,7 @@ def test_best_is_the_best_on_its_own_particles_without_a_holdout(seed: int) -> N
     problem = random_problem(seed)
     values = {}
     for planner in (best, beam, lns, rate):
-        plan = planner(problem, budget=Budget(work=9000), rng=stream(seed, "p"))
+        plan = planner(problem, budget=Budget(work=9000), rng=stream(seed, "p")).plan
         seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
         values[plan.method] = problem.futures.weight @ problem.objective.reward(seen_at)
     assert values["best"] >= values["rate"] * (1 - 1e-12)
@@ -123,7 +125,7 @@ def test_the_holdout_decides() -> None:
     only = problem.futures.take(np.arange(100) % 4 == 0)  # all of them go to E
     holdout = replace(only, weight=np.full(len(only), 1 / len(only)))
     chosen, own = (
-        best(asked, budget=Budget(work=9000), rng=stream(1, "best"))
+        best(asked, budget=Budget(work=9000), rng=stream(1, "best")).plan
         for asked in (problem.replace(holdout=holdout), problem)
     )
     seen = [
@@ -135,21 +137,26 @@ def test_the_holdout_decides() -> None:
 
 def test_best_returns_what_it_has_when_it_is_stopped() -> None:
     problem = section4(start_km=60.0)
-    heard: list[float] = []
+    heard: list[str] = []
     budget = Budget(
-        work=10**6, told=lambda value, _: heard.append(value), stop=lambda: len(heard) == 2
+        work=10**6,
+        on_progress=lambda *progress: heard.append(progress[2]),
+        stop=lambda _: len(heard) == 2,
     )
-    plan = best(problem, budget=budget, rng=stream(1, "best"))
-    assert len(plan.legs[0]) > 0
+    found = best(problem, budget=budget, rng=stream(1, "best"))
+    assert found.stopped
+    assert len(found.plan.legs[0]) > 0
     assert len(heard) == 2
-    assert heard == sorted(heard, reverse=True)
-    stopped = best(problem, budget=Budget(work=10**6, stop=lambda: True), rng=stream(1, "best"))
-    assert len(stopped.legs[0]) > 0
+    values = [point.value for point in found.trace]
+    assert heard[-1] == problem.objective.as_text(values[-1])
+    assert values == sorted(values, reverse=True)
+    at_once = best(problem, budget=Budget(work=10**6, stop=lambda _: True), rng=stream(1, "best"))
+    assert len(at_once.plan.legs[0]) > 0
 
 
 def test_beams_land_in_time() -> None:
     problem = section4()
     uav = replace(problem.uav, max_flight_time_s=700.0)
-    plan = beam(problem.replace(uav=uav), budget=Budget(work=9000), rng=stream(1, "b"))
+    plan = beam(problem.replace(uav=uav), budget=Budget(work=9000), rng=stream(1, "b")).plan
     assert plan.tracks[0].end_s <= 700.0
     assert len(plan.legs[0]) > 0

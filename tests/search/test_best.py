@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
@@ -16,7 +16,7 @@ from support.grid_instance import grid_futures, grid_problem
 
 
 def value_s(problem: Problem, budget: Budget, seed: int = 1) -> float:
-    plan = best(problem, budget=budget, rng=stream(seed, "best"))
+    plan = best(problem, budget=budget, rng=stream(seed, "best")).plan
     found = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     return found.expected_detection_time_s
 
@@ -51,7 +51,7 @@ def test_the_search_ends_when_wider_beams_find_nothing_new() -> None:
     near = grid_problem(grid_futures(50, np.random.default_rng(2), size=3), size=3)
     heard: list[int] = []
     problem = near.replace(objective=Objective(400.0))
-    budget = Budget(work=10**9, told=lambda _, done: heard.append(done))
+    budget = Budget(work=10**9, on_progress=lambda done, *_: heard.append(done))
     best(problem, budget=budget, rng=stream(1, "best"))
     assert heard == sorted(heard)
     assert heard[-1] < 10**8

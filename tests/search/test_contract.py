@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError, NotApplicableError
@@ -111,7 +111,7 @@ def instance(name: str) -> Problem:
 
 
 def planned(method: Method, problem: Problem, seed: int = 7) -> Plan:
-    return method.load()(problem, budget=BUDGET, rng=np.random.default_rng(seed))
+    return method.load()(problem, budget=BUDGET, rng=np.random.default_rng(seed)).plan
 
 
 def pairs(without: set[tuple[str, str]]) -> list[object]:
@@ -157,7 +157,7 @@ def random_s(name: str, roads: int) -> float:
     """What so many random roads achieve in the mean."""
     load, problem = method_named("random").load, instance(name)
     streams = [np.random.default_rng(seed) for seed in range(60)]
-    plans = [load()(problem, budget=Budget(roads), rng=rng) for rng in streams]
+    plans = [load()(problem, budget=Budget(roads), rng=rng).plan for rng in streams]
     return float(np.mean([cost_s(problem, plan) for plan in plans]))
 
 
@@ -280,3 +280,25 @@ def test_an_unknown_method_lists_those_there_are() -> None:
     with pytest.raises(InputError, match="'gredy' is unknown; choose one of best, beam,"):
         method_named("gredy")
     assert all(method_named(name).name == name for name in names)
+
+
+@every_pair
+def test_a_search_begun_is_one_that_starts_at_take_off(method: Method, name: str) -> None:
+    problem = instance(name)
+    begun = problem.replace(start=problem.first_state)
+    assert fingerprint(planned(method, begun)) == fingerprint(planned(method, problem))
+
+
+@every_pair
+def test_every_planner_goes_on_from_where_the_search_stands(method: Method, name: str) -> None:
+    problem = instance(name)
+    on_its_way = dataclasses.replace(problem.first_state, time_s=200.0, x_m=1e3, y_m=-2e3)
+    seen_at = np.full(len(problem.futures), np.inf)
+    seen_at[::2] = 150.0
+    problem = problem.replace(start=on_its_way.absorb(seen_at))
+    plan = planned(method, problem)
+    track = plan.tracks[0]
+    assert (track.time_s[0], track.x_m[0], track.y_m[0]) == (200.0, 1e3, -2e3)
+    assert track.end_s <= problem.uav.landing_s + 1e-6
+    (first,) = plan.legs[0][:1] or (None,)
+    assert first is None or first.depart_s == 200.0

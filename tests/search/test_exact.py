@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
@@ -165,7 +165,7 @@ def test_no_neighbour_of_the_best_order_is_better(
     gone: bool, x_m: float, take_off_s: float
 ) -> None:
     problem = figure3_problem(gone=gone, x_m=x_m, take_off_s=take_off_s)
-    plan = exact(problem, budget=Budget(), rng=np.random.default_rng(0))
+    plan = exact(problem, budget=Budget(), rng=np.random.default_rng(0)).plan
     order = [flown.leg for flown in plan.legs[0]]
     best_s = plain_value(problem, tuple(order))
     for i, j in itertools.combinations(range(7), 2):
@@ -181,9 +181,9 @@ def test_the_plan_flies_every_road_once() -> None:
     problem = figure3_problem(gone=True)
     needed, _ = best_order(problem, 7)
     assert len(needed) < 7  # the rest is for targets unknown to the futures
-    plan = exact(problem, budget=Budget(), rng=np.random.default_rng(0))
+    plan = exact(problem, budget=Budget(), rng=np.random.default_rng(0)).plan
     assert sorted(flown.road for flown in plan.legs[0]) == list(range(7))
-    fewer = exact(problem, budget=Budget(roads=3), rng=np.random.default_rng(0))
+    fewer = exact(problem, budget=Budget(roads=3), rng=np.random.default_rng(0)).plan
     assert len(fewer.legs[0]) == 3
 
 
@@ -202,7 +202,7 @@ def test_more_orders_than_can_be_searched_are_refused() -> None:
         exact(problem, budget=Budget(), rng=np.random.default_rng(0))
     with pytest.raises(NotApplicableError, match="3,715,891,200 orders"):
         enumerate_orders(problem)
-    assert exact(problem, budget=Budget(roads=2), rng=np.random.default_rng(0)).legs
+    assert exact(problem, budget=Budget(roads=2), rng=np.random.default_rng(0)).plan.legs
     with pytest.raises(NotApplicableError, match=r"10\^"):
         exact(problem.replace(network=grid(6, 6)), budget=Budget(), rng=np.random.default_rng(0))
 

@@ -43,7 +43,7 @@ def problem_on(
 
 def planned(planner: object, problem: Problem) -> Plan:
     assert callable(planner)
-    plan: Plan = planner(problem, budget=Budget(roads=2), rng=np.random.default_rng(1))
+    plan: Plan = planner(problem, budget=Budget(roads=2), rng=np.random.default_rng(1)).plan
     return plan
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from planner.arrays import Flags, Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError, NotApplicableError
@@ -116,7 +116,7 @@ def test_every_reading_against_the_printed_figures(number: int) -> None:
     options = GreedyOptions(flags=flags, miss=miss, direction=direction, roads=roads, ends=ends)
     for seed in (number, number + 1):
         problem = random_problem(seed, particles=25)
-        plan = greedy(problem, budget=Budget(5), rng=RNG, options=options)
+        plan = greedy(problem, budget=Budget(5), rng=RNG, options=options).plan
         assert order_of(plan) == printed_greedy(problem, 5, options), seed
 
 
@@ -156,35 +156,35 @@ NEAR_FIRST, FAR_FIRST = [0, 2], [2, 0]
 def test_by_hand_what_a_miss_costs(miss: str, horizon_s: float, order: list[int]) -> None:
     problem = Fork(0.4, 0.6, horizon_s).problem()
     options = GreedyOptions(miss=miss)
-    assert order_of(greedy(problem, budget=Budget(2), rng=RNG, options=options)) == order
+    assert order_of(greedy(problem, budget=Budget(2), rng=RNG, options=options).plan) == order
 
 
 def test_by_hand_ends() -> None:
     problem = Fork(1.0, 0.0, 5000.0).problem()
     blind = problem.replace(futures=problem.futures.take([0]))
     short = GreedyOptions(ends="all found")
-    assert order_of(greedy(blind, budget=Budget(2), rng=RNG, options=short)) == [0]
-    assert order_of(greedy(blind, budget=Budget(2), rng=RNG)) == [0, 2]
+    assert order_of(greedy(blind, budget=Budget(2), rng=RNG, options=short).plan) == [0]
+    assert order_of(greedy(blind, budget=Budget(2), rng=RNG).plan) == [0, 2]
     again = GreedyOptions(roads="revisited")
-    assert order_of(greedy(blind, budget=Budget(4), rng=RNG, options=again)) == [0, 0, 0, 0]
-    assert order_of(greedy(blind, budget=Budget(0), rng=RNG)) == []
+    assert order_of(greedy(blind, budget=Budget(4), rng=RNG, options=again).plan) == [0, 0, 0, 0]
+    assert order_of(greedy(blind, budget=Budget(0), rng=RNG).plan) == []
 
 
 def test_equal_legs_go_to_the_lowest_index() -> None:
     problem = Fork(0.5, 0.5, 5000.0).problem()
     nobody = problem.replace(futures=problem.futures.take([False, False]))
-    assert order_of(greedy(nobody, budget=Budget(2), rng=RNG)) == NEAR_FIRST
+    assert order_of(greedy(nobody, budget=Budget(2), rng=RNG).plan) == NEAR_FIRST
 
 
 def test_no_leg_begins_after_the_horizon_or_ends_after_the_landing() -> None:
     problem = Fork(0.5, 0.5, 90.0).problem()
-    assert order_of(greedy(problem, budget=Budget(2), rng=RNG)) == [0]
+    assert order_of(greedy(problem, budget=Budget(2), rng=RNG).plan) == [0]
     tired = problem.replace(
         objective=Objective(5000.0), uav=replace(problem.uav, max_flight_time_s=699.0)
     )
-    assert order_of(greedy(tired, budget=Budget(2), rng=RNG)) == [0]
+    assert order_of(greedy(tired, budget=Budget(2), rng=RNG).plan) == [0]
     rested = tired.replace(uav=replace(problem.uav, max_flight_time_s=701.0))
-    assert order_of(greedy(rested, budget=Budget(2), rng=RNG)) == NEAR_FIRST
+    assert order_of(greedy(rested, budget=Budget(2), rng=RNG).plan) == NEAR_FIRST
 
 
 def test_transit_counts_only_if_the_sensor_is_on() -> None:
@@ -197,7 +197,7 @@ def test_transit_counts_only_if_the_sensor_is_on() -> None:
                 budget=Budget(1),
                 rng=RNG,
                 options=GreedyOptions(direction="both"),
-            )
+            ).plan
         )
         for on in (True, False)
     }
@@ -215,13 +215,13 @@ def test_particles_drawn_anew_at_every_step() -> None:
         swapped = Fork(0.1, 0.9, 5000.0) if step == 0 else Fork(0.9, 0.1, 5000.0)
         return swapped.problem().futures
 
-    plan = greedy(problem, budget=Budget(2), rng=RNG, options=options, resample=resample)
+    plan = greedy(problem, budget=Budget(2), rng=RNG, options=options, resample=resample).plan
     assert asked == [0, 1]
     assert order_of(plan) == FAR_FIRST
     same = greedy(
         problem, budget=Budget(2), rng=RNG, options=options, resample=lambda _: problem.futures
-    )
-    assert order_of(same) == order_of(greedy(problem, budget=Budget(2), rng=RNG))
+    ).plan
+    assert order_of(same) == order_of(greedy(problem, budget=Budget(2), rng=RNG).plan)
 
 
 def test_drawing_anew_needs_somebody_who_draws() -> None:
@@ -242,8 +242,8 @@ def test_a_tick_is_a_time(tick_s: float) -> None:
 
 def test_short_ticks_give_the_continuous_plan() -> None:
     problem = grid_problem(grid_futures(60, np.random.default_rng(3), size=3), size=3)
-    exact = greedy(problem, budget=Budget(4), rng=RNG)
-    ticking = greedy(problem, budget=Budget(4), rng=RNG, options=GreedyOptions(tick_s=0.5))
+    exact = greedy(problem, budget=Budget(4), rng=RNG).plan
+    ticking = greedy(problem, budget=Budget(4), rng=RNG, options=GreedyOptions(tick_s=0.5)).plan
     assert order_of(ticking) == order_of(exact)
 
 
@@ -259,7 +259,7 @@ def test_the_paper_grid_in_the_mean(
     for seed in range(5):
         futures = grid_futures(1000, np.random.default_rng(seed))
         problem = grid_problem(futures, distance_m=distance_km * 1000)
-        plan = greedy(problem, budget=Budget(16), rng=RNG)
+        plan = greedy(problem, budget=Budget(16), rng=RNG).plan
         result = evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
         means.append(result.expected_detection_time_s)
     assert np.mean(means) == pytest.approx(expected_s, abs=tolerance_s)
@@ -279,7 +279,7 @@ def test_ties_go_to_the_lowest_index_or_to_the_earliest_end(seed: int) -> None:
             budget=Budget(1),
             rng=RNG,
             options=GreedyOptions(direction="both", ties=ties),
-        ).legs[0][0]
+        ).plan.legs[0][0]
         for ties in ("lowest index", "earliest end")
     }
     assert first["lowest index"].leg == flights.leg[tied[0]]

@@ -22,6 +22,7 @@ from planner.network.road_network import RoadNetwork
 from planner.search.exact import best_order
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from planner.search.stop import WorkDone
 from support.instances import grid, network_of_roads
 
 SPEED_MPS, RADIUS_M, HORIZON_S = 100.0, 100.0, 1200.0
@@ -57,7 +58,7 @@ def along(problem: Problem, nodes: list[int]) -> list[int]:
 
 
 def certificate_of(problem: Problem, order: list[int], steps: int) -> Certificate:
-    return certified(problem, plan_of_legs(problem, "", order), Effort(steps=steps))
+    return certified(problem, plan_of_legs(problem, "", order), Effort(stop=WorkDone(steps)))
 
 
 def latency_on_a_line(x_m: Floats, weight: Floats, start: int) -> float:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -87,7 +87,7 @@ def plain_greedy(problem: Problem, depth: int, options: GreedyOptions) -> list[i
 def test_greedy_by_a_deadline(seed: int, miss: str) -> None:
     problem = random_problem(seed, particles=25, by_s=300.0)
     options = GreedyOptions(direction="both", miss=miss)
-    plan = greedy(problem, budget=Budget(4), rng=RNG, options=options)
+    plan = greedy(problem, budget=Budget(4), rng=RNG, options=options).plan
     assert [leg.leg for leg in plan.legs[0]] == plain_greedy(problem, 4, options)
 
 
@@ -99,7 +99,7 @@ def test_a_deadline_makes_greedy_choose_otherwise(by_s: float | None, order: lis
     futures = Futures([0, 0], [10000, -50000], [0, 0], [0, 1], [0, 1, 2], [0.4, 0.6], [0, 0])
     uav = Uav(0.0, 0.0, 0.0, 100.0)
     problem = Problem(network, futures, uav, Sensor(1000.0), Objective(1000.0, by_s))
-    plan = greedy(problem, budget=Budget(2), rng=RNG)
+    plan = greedy(problem, budget=Budget(2), rng=RNG).plan
     assert [leg.leg for leg in plan.legs[0]] == order
 
 
@@ -222,7 +222,7 @@ def test_waiting_for_a_deadline_is_where_most_are_then() -> None:
     futures = grid_futures(300, np.random.default_rng(3))
     problem = grid_problem(futures, distance_m=20e3)
     problem = problem.replace(objective=Objective(problem.horizon_s, 1200.0))
-    track = wait(problem, budget=Budget(), rng=RNG).tracks[0]
+    track = wait(problem, budget=Budget(), rng=RNG).plan.tracks[0]
     place = track.xy(1200.0)
     at = np.array([futures.xy(k, 1200.0) for k in range(len(futures))])
     near = [np.sum(np.hypot(*(at - other).T) <= 500.0) for other in at]
@@ -231,4 +231,4 @@ def test_waiting_for_a_deadline_is_where_most_are_then() -> None:
     hurried = problem.replace(
         objective=Objective(problem.horizon_s, 100.0)
     )  # nobody can be reached by then: all count
-    assert wait(hurried, budget=Budget(), rng=RNG).tracks[0].end_s >= 100.0
+    assert wait(hurried, budget=Budget(), rng=RNG).plan.tracks[0].end_s >= 100.0

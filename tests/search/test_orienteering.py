@@ -42,14 +42,16 @@ def test_the_tour_flies_what_is_worth_most_within_its_time() -> None:
         long.replace(objective=Objective(there_s + 1.0)),
         budget=Budget(),
         rng=np.random.default_rng(0),
-    )
+    ).plan
     assert [flown.road for flown in plan.legs[0]] == [first // 2]
 
 
 def test_each_road_once_and_home_in_time() -> None:
     problem = grid_problem(grid_futures(100, np.random.default_rng(1), size=4), size=4)
     uav = Uav(0.0, 0.0, 0.0, 100.0, max_flight_time_s=2000.0, return_to_m=(0.0, 0.0))
-    plan = orienteering(problem.replace(uav=uav), budget=Budget(), rng=np.random.default_rng(0))
+    plan = orienteering(
+        problem.replace(uav=uav), budget=Budget(), rng=np.random.default_rng(0)
+    ).plan
     roads = [flown.road for flown in plan.legs[0]]
     assert len(roads) == len(set(roads)) > 5
     assert plan.tracks[0].end_s <= 2000.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
-from planner.detection.evaluation import evaluate
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -130,8 +130,8 @@ def late(*, depart_s: float, gone: bool) -> Problem:
 @pytest.mark.parametrize("gone", [True, False])
 def test_what_earns_nothing_yet_is_waited_for(method: Callable[..., object], gone: bool) -> None:
     problem = late(depart_s=1234.0, gone=gone)
-    plan = method(problem, budget=Budget(), rng=RNG)
-    seen = evaluate(plan.tracks, problem.futures, problem.sensor, 2000.0).seen_at[0]
+    plan = method(problem, budget=Budget(), rng=RNG).plan
+    seen = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at[0]
     assert 1234.0 <= seen <= 1234.0 + 120.0  # to and fro above the road: at most one way and back
 
 
@@ -144,7 +144,7 @@ def test_nobody_to_be_met_ends_the_plan() -> None:
 @pytest.mark.parametrize("name", ["rate", "lookahead"])
 def test_the_horizon_ends_the_flight_not_the_depth(name: str) -> None:
     problem = grid_problem(grid_futures(200, np.random.default_rng(1)), distance_m=30e3)
-    plan = {"rate": rate, "lookahead": lookahead}[name](problem, budget=Budget(1), rng=RNG)
+    plan = {"rate": rate, "lookahead": lookahead}[name](problem, budget=Budget(1), rng=RNG).plan
     legs = plan.legs[0]
     assert legs[-1].start_s < problem.horizon_s + 1e-6 <= legs[-1].end_s + 1e-6
     assert len({leg.road for leg in legs}) < len(legs)

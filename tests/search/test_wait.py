@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from planner.detection.evaluation import Evaluation, evaluate
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import NotApplicableError
@@ -30,13 +31,13 @@ def problem_with(
 
 
 def planned(problem: Problem) -> tuple[Plan, Evaluation]:
-    plan = wait(problem, budget=Budget(), rng=np.random.default_rng(0))
+    plan = wait(problem, budget=Budget(), rng=np.random.default_rng(0)).plan
     return plan, evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
 
 
 def test_weight_decides_not_number() -> None:
     futures = futures_to(TO_E, TO_F, TO_F, TO_G, weight=[0.6, 0.1, 0.1, 0.2])
-    assert busiest_end(futures, 200.0) == E
+    assert busiest_end(futures, futures.weight, 200.0) == E
 
 
 def test_ends_within_the_radius_belong_together() -> None:
@@ -49,14 +50,14 @@ def test_ends_within_the_radius_belong_together() -> None:
         weight=[0.4, 0.35, 0.25],
         stop_m=[np.inf, 12000.0, 12150.0],
     )
-    assert busiest_end(futures, 100.0) == E
-    assert busiest_end(futures, 200.0) == pytest.approx(tuple(futures.xy(1, 1e9)))
+    assert busiest_end(futures, futures.weight, 100.0) == E
+    assert busiest_end(futures, futures.weight, 200.0) == pytest.approx(tuple(futures.xy(1, 1e9)))
 
 
 def test_ties_go_to_the_first_particle() -> None:
     weight = [1 / 3] * 3
-    assert busiest_end(futures_to(TO_G, TO_E, TO_F, weight=weight), 200.0) == G
-    assert busiest_end(futures_to(TO_F, TO_G, TO_E, weight=weight), 200.0) == F
+    assert busiest_end(futures_to(TO_G, TO_E, TO_F, weight=weight), np.array(weight), 200.0) == G
+    assert busiest_end(futures_to(TO_F, TO_G, TO_E, weight=weight), np.array(weight), 200.0) == F
 
 
 @pytest.mark.parametrize("gone", [False, True])

@@ -7,8 +7,8 @@ from typing import Any
 from planner.experiments.condition import Condition
 from planner.experiments.run import Results, run
 from planner.paper import claims_crossing
-from planner.paper.figures import ALL, ALL_20, PATHS, SPEEDS
-from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND, U0
+from planner.paper.figures import ALL, ALL_20, PATHS, SPEEDS, U0
+from planner.report.estimates import BEFORE_GOAL, EXPECTED, FOUND
 
 BELIEVED = claims_crossing.BELIEVED
 SETS = (ALL, ALL_20, BELIEVED, *PATHS, *(f"{path}, 20 m/s" for path in PATHS))

@@ -1,166 +1,245 @@
-"""The dearest flight at given prices, compiled: one dynamic programme over time and memory.
+"""The best flight at given prices, compiled: one dynamic programme over time and memory.
 
 A state is a node, or a leg just flown; states ``0 .. V - 1`` are the nodes, ``V + leg`` the legs.
+A cell is a hop begun in a bin; cells are numbered by bin, then hop.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
+from planner.bounds.kernels.hops import Lasting
 from planner.jit import compiled
 
-# By bin and hop: first (bins * h + 1,), particle (M,), reward times weight (M,), known (M,): bit b
-# is set where the b-th leg into the hop's first node, flown just before, surely saw the particle
-SightingColumns: TypeAlias = tuple[Offsets, Ints, Floats, Ints]
-# from, to (h,), bins that a hop lasts, at least and at most one more (2, h), how many are legs
-HopColumns: TypeAlias = tuple[Ints, Ints, Ints, int]
-# first (V + 1,) and legs by the node that they lead to: of each node's, so many are remembered
-ArrivalColumns: TypeAlias = tuple[Offsets, Ints]
-World: TypeAlias = tuple[SightingColumns, HopColumns, ArrivalColumns]
 REMEMBERED = 8  # legs into a node, at most
+NOTHING = -1  # no leg is remembered
+
+
+class SightingColumns(NamedTuple):
+    """What hops may see, sorted by cell."""
+
+    first: Offsets  # (cells + 1,) where a cell's sightings start
+    particle: Ints  # (M,)
+    reward: Floats  # (M,) times the particle's weight
+    # (M,) bit b is set where the b-th leg into the hop's first node, flown just before, surely saw
+    # the particle
+    known: Ints
+
+
+class HopColumns(NamedTuple):
+    """Where hops lead and how long they last."""
+
+    from_node: Ints  # (h,)
+    to_node: Ints  # (h,)
+    lasts: Lasting  # (h,) bins
+    legs: int  # the first so many hops are legs
+
+
+class ArrivalColumns(NamedTuple):
+    """The legs by the node that they lead to; of each node's, ``REMEMBERED`` are remembered."""
+
+    first: Offsets  # (V + 1,) where a node's legs start
+    leg: Ints  # (legs,)
+
+
+class PriceTable(NamedTuple):
+    """All that the dynamic programme needs beside prices."""
+
+    sightings: SightingColumns
+    hops: HopColumns
+    arrivals: ArrivalColumns
+
+
+class Start(NamedTuple):
+    """Where and when flights begin, and what was earned before."""
+
+    node: int
+    bin: int
+    reward: Floats  # (N,) of what is seen until there
+
+
+class Choice(NamedTuple):
+    """The hop that the best flight goes on with, and the bin in which it then arrives."""
+
+    hop: int
+    bin: int
 
 
 @compiled
-def sold(prices: Floats, sightings: SightingColumns, entry: int, bit: int) -> float:
-    """Return what a hop's sightings earn above prices, but for those known after a leg.
+def surplus(prices: Floats, sightings: SightingColumns, cell: int, bit: int) -> float:
+    """Return what a hop's sightings earn above prices, without those known after a leg.
 
-    ``bit`` names the leg; -1: no leg is remembered.
+    ``bit`` names the leg.
     """
-    first, particle, reward, known = sightings
     total = 0.0
-    if bit < 0:
-        for e in range(first[entry], first[entry + 1]):
-            total += max(0.0, reward[e] - prices[particle[e]])
+    if bit == NOTHING:
+        for e in range(sightings.first[cell], sightings.first[cell + 1]):
+            total += max(0.0, sightings.reward[e] - prices[sightings.particle[e]])
     else:
-        for e in range(first[entry], first[entry + 1]):
-            if not (known[e] >> bit) & 1:
-                total += max(0.0, reward[e] - prices[particle[e]])
+        for e in range(sightings.first[cell], sightings.first[cell + 1]):
+            if not (sightings.known[e] >> bit) & 1:
+                total += max(0.0, sightings.reward[e] - prices[sightings.particle[e]])
     return total
 
 
 @compiled
-def hide(prices: Floats, sightings: SightingColumns, entry: int, hidden: Floats) -> float:
-    """Return what a leg's sightings earn; in ``hidden``, what each leg before knows of that."""
-    first, particle, reward, known = sightings
+def known_surplus(prices: Floats, sightings: SightingColumns, cell: int, known: Floats) -> float:
+    """Return what a leg's sightings earn above prices; fill ``known`` with the known part of it.
+
+    ``known`` (``REMEMBERED``,) holds for each leg before what its sightings know already.
+    """
     total = 0.0
-    hidden[:] = 0.0
-    for e in range(first[entry], first[entry + 1]):
-        gain = reward[e] - prices[particle[e]]
+    known[:] = 0.0
+    for e in range(sightings.first[cell], sightings.first[cell + 1]):
+        gain = sightings.reward[e] - prices[sightings.particle[e]]
         if gain > 0.0:
             total += gain
-            bits, b = known[e], 0
+            bits, b = sightings.known[e], 0
             while bits:
                 if bits & 1:
-                    hidden[b] += gain
+                    known[b] += gain
                 bits >>= 1
                 b += 1
     return total
 
 
 @compiled
-def worths(prices: Floats, world: World, worth: Floats, since: int) -> None:
-    """Fill ``worth`` from a bin on: the most that flights from a state can earn above prices.
+def fill_values(prices: Floats, table: PriceTable, value_to_go: Floats, since: int) -> None:
+    """Fill from a bin on: the most that flights on from a state can earn above prices.
 
-    ``worth`` (bins and as many as the longest hop lasts, states) is zero after the last bin.
+    ``value_to_go`` (bins and as many as the longest hop lasts, states) is zero after the last bin.
     """
-    sightings, (from_node, to_node, (least, most), legs), (first_into, into) = world
+    sightings, hops, arrivals = table.sightings, table.hops, table.arrivals
+    from_node, to_node = hops.from_node, hops.to_node
+    least, most = hops.lasts.least, hops.lasts.most
+    first_into, into = arrivals.first, arrivals.leg
     nodes = len(first_into) - 1
-    bins = (len(sightings[0]) - 1) // len(from_node)
-    hidden = np.empty(REMEMBERED)
+    bins = (len(sightings.first) - 1) // len(from_node)
+    known = np.empty(REMEMBERED)
     for i in range(bins - 1, since - 1, -1):
-        here, cell = worth[i], i * len(from_node)
+        here, cell = value_to_go[i], i * len(from_node)
         here[:nodes] = 0.0
-        for hop in range(legs, len(from_node)):
+        for hop in range(hops.legs, len(from_node)):
             node, to = from_node[hop], to_node[hop]
-            value = max(worth[i + least[hop], to], worth[i + most[hop], to])
-            here[node] = max(here[node], value + sold(prices, sightings, cell + hop, -1))
+            value = max(value_to_go[i + least[hop], to], value_to_go[i + most[hop], to])
+            here[node] = max(here[node], value + surplus(prices, sightings, cell + hop, NOTHING))
         for node in range(nodes):
             for at in range(first_into[node], first_into[node + 1]):
                 here[nodes + into[at]] = here[node]
-        for leg in range(legs):
+        for leg in range(hops.legs):
             node, to = from_node[leg], nodes + leg
-            value = max(worth[i + least[leg], to], worth[i + most[leg], to])
-            value += hide(prices, sightings, cell + leg, hidden)
+            value = max(value_to_go[i + least[leg], to], value_to_go[i + most[leg], to])
+            value += known_surplus(prices, sightings, cell + leg, known)
             here[node] = max(here[node], value)
             begin, end = first_into[node], first_into[node + 1]
             for at in range(begin, end):
-                less = hidden[at - begin] if at - begin < REMEMBERED else 0.0
+                less = known[at - begin] if at - begin < REMEMBERED else 0.0
                 state = nodes + into[at]
                 here[state] = max(here[state], value - less)
 
 
 @compiled
-def dearest(
-    prices: Floats, world: World, worth: Floats, start: tuple[int, int], counts: Floats
+def best_path(
+    prices: Floats, table: PriceTable, value_to_go: Floats, start: Start, counts: Floats
 ) -> None:
-    """Add to ``counts`` (N,) how often the dearest flight from a node and bin sells each one."""
-    sightings, (from_node, to_node, (least, most), legs), (first_into, into) = world
-    first, particle, reward, known = sightings
-    nodes, bins = len(first_into) - 1, (len(first) - 1) // len(from_node)
-    (node, i), last = start, -1
-    while i < bins and worth[i, node if last < 0 else nodes + last] > 0.0:
-        back = -1
-        for at in range(first_into[node], min(first_into[node] + REMEMBERED, first_into[node + 1])):
-            if into[at] == last:
-                back = at - first_into[node]
-        best, hop, then, cell = -1.0, -1, i, i * len(from_node)
-        for h in range(len(from_node)):
-            if from_node[h] == node:
-                state, bit = (nodes + h, back) if h < legs else (to_node[h], -1)
-                soon, late = i + least[h], i + most[h]
-                value = max(worth[soon, state], worth[late, state])
-                value += sold(prices, sightings, cell + h, bit)
-                if value > best:
-                    best, hop = value, h
-                    then = soon if worth[soon, state] >= worth[late, state] else late
-        bit = back if hop < legs else -1
-        for e in range(first[cell + hop], first[cell + hop + 1]):
-            if reward[e] > prices[particle[e]] and (bit < 0 or not (known[e] >> bit) & 1):
-                counts[particle[e]] += 1.0
-        node, i, last = to_node[hop], then, hop if hop < legs else -1
+    """Add to ``counts`` (N,) how often the best flight from a start earns more than each price."""
+    sightings, hops = table.sightings, table.hops
+    nodes, hop_count = len(table.arrivals.first) - 1, len(hops.from_node)
+    bins = (len(sightings.first) - 1) // hop_count
+    node, i, last = start.node, start.bin, NOTHING
+    while i < bins and value_to_go[i, node if last == NOTHING else nodes + last] > 0.0:
+        bit = bit_of(table.arrivals, node, last)
+        choice = best_hop(prices, table, value_to_go, (node, i), bit)
+        cell = i * hop_count + choice.hop
+        bit = bit if choice.hop < hops.legs else NOTHING
+        for e in range(sightings.first[cell], sightings.first[cell + 1]):
+            particle = sightings.particle[e]
+            is_new = bit == NOTHING or not (sightings.known[e] >> bit) & 1
+            if is_new and sightings.reward[e] > prices[particle]:
+                counts[particle] += 1.0
+        node, i = hops.to_node[choice.hop], choice.bin
+        last = choice.hop if choice.hop < hops.legs else NOTHING
+
+
+@compiled
+def bit_of(arrivals: ArrivalColumns, node: int, leg: int) -> int:
+    """Return the bit of a leg into a node; ``NOTHING`` if it is not remembered there."""
+    begin, bit = arrivals.first[node], NOTHING
+    for at in range(begin, min(begin + REMEMBERED, arrivals.first[node + 1])):
+        if arrivals.leg[at] == leg:
+            bit = at - begin
+    return bit
+
+
+@compiled
+def best_hop(
+    prices: Floats, table: PriceTable, value_to_go: Floats, at: tuple[int, int], bit: int
+) -> Choice:
+    """Return with which hop the best flight goes on from a node and bin.
+
+    ``bit`` names the leg flown just before.
+    """
+    (node, i), hops = at, table.hops
+    nodes, hop_count = len(table.arrivals.first) - 1, len(hops.from_node)
+    most, hop, then = -1.0, -1, i
+    for h in range(hop_count):
+        if hops.from_node[h] == node:
+            is_leg = h < hops.legs
+            state = nodes + h if is_leg else hops.to_node[h]
+            soon, late = i + hops.lasts.least[h], i + hops.lasts.most[h]
+            value = max(value_to_go[soon, state], value_to_go[late, state])
+            known = bit if is_leg else NOTHING
+            value += surplus(prices, table.sightings, i * hop_count + h, known)
+            if value > most:
+                most, hop = value, h
+                then = soon if value_to_go[soon, state] >= value_to_go[late, state] else late
+    return Choice(hop, then)
 
 
 @compiled
 def narrowed(sightings: SightingColumns, least: Floats, since: int) -> SightingColumns:
     """Return the sightings from a cell on that earn more than the ``least`` of their particle."""
-    first, particle, reward, known = sightings
-    begins = np.zeros(len(first), dtype=np.int64)
-    most = first[-1] - first[since] + 1  # one more: each is written, and kept or overwritten
-    who, earns = np.empty(most, particle.dtype), np.empty(most)
-    knows = np.empty(most, known.dtype)
+    first = np.zeros(len(sightings.first), dtype=np.int64)
+    # One more than can be left: each is written, and then kept or overwritten.
+    most = sightings.first[-1] - sightings.first[since] + 1
+    particle = np.empty(most, sightings.particle.dtype)
+    reward, known = np.empty(most), np.empty(most, sightings.known.dtype)
     n = 0
     for cell in range(since, len(first) - 1):
-        for e in range(first[cell], first[cell + 1]):
-            who[n], earns[n], knows[n] = particle[e], reward[e], known[e]
-            n += reward[e] > least[particle[e]]
-        begins[cell + 1] = n
-    return begins, who[:n], earns[:n], knows[:n]
+        for e in range(sightings.first[cell], sightings.first[cell + 1]):
+            particle[n], reward[n] = sightings.particle[e], sightings.reward[e]
+            known[n] = sightings.known[e]
+            n += sightings.reward[e] > least[sightings.particle[e]]
+        first[cell + 1] = n
+    return SightingColumns(first, particle[:n], reward[:n], known[:n])
 
 
 @compiled
 def best_sightings(sightings: SightingColumns, since: int, best: Floats) -> None:
     """Raise ``best`` (N,) to the most that a sighting from a cell on earns with each particle."""
-    first, particle, reward, _ = sightings
-    for e in range(first[since], first[-1]):
-        best[particle[e]] = max(best[particle[e]], reward[e])
+    for e in range(sightings.first[since], sightings.first[-1]):
+        particle = sightings.particle[e]
+        best[particle] = max(best[particle], sightings.reward[e])
 
 
 @compiled
 def by_bin(sightings: SightingColumns, hops: int) -> SightingColumns:
-    """Return sightings that are sorted by hop and bin sorted by bin and hop."""
-    first, particle, reward, known = sightings
-    bins = (len(first) - 1) // hops
-    begins = np.zeros(len(first), dtype=np.int64)
+    """Return sightings by cell that are sorted by hop and bin."""
+    bins = (len(sightings.first) - 1) // hops
+    first = np.zeros(len(sightings.first), dtype=np.int64)
     for i in range(bins):
         for hop in range(hops):
-            cell = hop * bins + i
-            begins[i * hops + hop + 1] = begins[i * hops + hop] + first[cell + 1] - first[cell]
-    who, earns, knows = np.empty_like(particle), np.empty_like(reward), np.empty_like(known)
+            cell, source = i * hops + hop, hop * bins + i
+            count = sightings.first[source + 1] - sightings.first[source]
+            first[cell + 1] = first[cell] + count
+    particle, reward = np.empty_like(sightings.particle), np.empty_like(sightings.reward)
+    known = np.empty_like(sightings.known)
     for i in range(bins):
         for hop in range(hops):
-            at, cell = begins[i * hops + hop], hop * bins + i
-            for e in range(first[cell], first[cell + 1]):
-                n = at + e - first[cell]
-                who[n], earns[n], knows[n] = particle[e], reward[e], known[e]
-    return begins, who, earns, knows
+            n, source = first[i * hops + hop], hop * bins + i
+            for e in range(sightings.first[source], sightings.first[source + 1]):
+                particle[n], reward[n] = sightings.particle[e], sightings.reward[e]
+                known[n] = sightings.known[e]
+                n += 1
+    return SightingColumns(first, particle, reward, known)

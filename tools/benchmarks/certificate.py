@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import planner
-from planner.bounds.certificate import Effort, certified
-from planner.detection.first_detection import first_detection
+from planner.bounds.certificate import Certificate, Effort, certified, gap_of
+from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
 from planner.search.best import best
 from planner.search.plan import plan_of_legs
@@ -71,8 +71,14 @@ class Point:
         return f"{self.after_s:.0f} s: {self.value:.0f} >= {self.bound:.0f} ({self.gap:.1%})"
 
 
+def _point(made: Certificate, after_s: float, steps: int) -> Point:
+    """Return what was known after so many steps."""
+    bound = [point.value for point in made.trace if point.work <= steps][-1]
+    return Point(after_s, made.value, bound, gap_of(made.value, bound))
+
+
 def curve(u0_km: int, seconds: float) -> list[Point]:
-    """Return what `best` and its bound reach in the course of so many seconds, and at their end."""
+    """Return what `best` and its bound reach over a number of seconds, and at their end."""
     overrides = [f"uav.start.distance_m={1000 * u0_km}", "search.particles=1000"]
     opened = planner.open_scenario("grid5x5", overrides=overrides)
     problem = planner.problem_of(opened, planner.Recorder(opened).planning().futures)
@@ -82,17 +88,18 @@ def curve(u0_km: int, seconds: float) -> list[Point]:
         return time.process_time() - begun_s
 
     budget = planner.Budget(work=MORE * opened.scenario.search.work)
-    plan = best(problem, budget=budget, rng=stream(1, "planner", "best"))
-    points: list[Point] = []
+    plan = best(problem, budget=budget, rng=stream(1, "planner", "best")).plan
     due_s = [at_s for at_s in CURVE_S if at_s < seconds]
+    reached: list[tuple[float, int]] = []  # when, and how many steps were done by then
 
-    def told(_: int, value: float, bound: float, gap: float) -> None:
+    def stop(steps: int) -> bool:
         if due_s and passed_s() >= due_s[0]:
-            points.append(Point(passed_s(), value, bound, gap))
+            reached.append((passed_s(), steps))
             due_s[:] = [at_s for at_s in due_s if at_s > passed_s()]
+        return steps >= MOST or passed_s() > seconds
 
-    effort = Effort(steps=MOST, stop=lambda: passed_s() > seconds, told=told)
-    made = certified(problem, plan, effort)
+    made = certified(problem, plan, Effort(stop=stop))
+    points = [_point(made, at_s, steps) for at_s, steps in reached]
     value = value_of(problem, plan)
     assert np.isclose(made.value, value)
     if made.better:  # what bounding met, which `planner plan --gap` takes
@@ -103,7 +110,7 @@ def curve(u0_km: int, seconds: float) -> list[Point]:
 
 def value_of(problem: Problem, plan: Plan) -> float:
     """Return E[min(tau, horizon)] of a plan, by flying it."""
-    seen_at = first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
     return float(problem.futures.weight @ np.minimum(seen_at, problem.horizon_s))
 
 

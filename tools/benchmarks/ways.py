@@ -1,4 +1,4 @@
-"""The planners measured on the paper's grid: how each is set, and what it has to reach."""
+"""The planners measured on the paper's grid: their settings, and the values they have to reach."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ GREEDY_SEEDS = 40
 
 @dataclass(frozen=True)
 class Way:
-    """A method and how it is set; with what it has to reach, if it has to."""
+    """A method, its settings, and the values it has to reach, if any."""
 
     name: str
     method: str
@@ -17,7 +17,7 @@ class Way:
     at_most_s: Mapping[int, float] = field(default_factory=dict)  # E by u0 in km
     planning_s: float | None = None  # the most it may take
     seeds: int | None = None  # sets of particles, if not as many as asked for
-    readings: bool = False  # one of the readings of the paper's greedy
+    readings: bool = False  # one of the interpretations of the paper's greedy
 
 
 def _sobol(particles: int, work: int, *others: str) -> tuple[str, ...]:

@@ -1,12 +1,14 @@
 """The doctor finds what is broken and names the remedy."""
 
+import json
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from planner.report import doctor
-from planner.report.doctor import Finding, examine
+from planner.cli import doctor
+from planner.cli.doctor import Finding, examine
 
 
 def fault(findings: list[Finding], what: str) -> Finding:
@@ -21,7 +23,7 @@ def test_nothing_is_wrong_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("PLANNER_CACHE", str(tmp_path / "cache"))
     findings = examine()
     assert [finding for finding in findings if not finding.fine or finding.remedy] == []
-    told = {finding.what: finding.told for finding in findings}
+    told = {finding.what: finding.found for finding in findings}
     assert told["SUMO's library loads"].startswith("SUMO 1.28")
     assert "1.28" in told["netconvert runs"]
     assert told["cache can be written"] == str(tmp_path / "cache")
@@ -35,7 +37,7 @@ def test_a_missing_system_library_gets_the_apt_line(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(doctor.subprocess, "run", broken)
     finding = fault(list(doctor._library()), "SUMO's library loads")
-    assert finding.told == message
+    assert finding.found == message
     assert "apt-get install" in finding.remedy
     assert {"libgl1", "libx11-6", "libxext6", "libxrender1", "libatomic1"} <= set(
         finding.remedy.split()
@@ -47,7 +49,7 @@ def test_a_program_that_dies_or_hangs_is_a_finding(monkeypatch: pytest.MonkeyPat
         raise subprocess.TimeoutExpired("sumo", 60)
 
     monkeypatch.setattr(doctor.subprocess, "run", hangs)
-    assert "no answer" in fault(list(doctor._programs()), "sumo runs").told
+    assert "no answer" in fault(list(doctor._programs()), "sumo runs").found
 
 
 @pytest.mark.parametrize(
@@ -68,7 +70,7 @@ def test_a_wrong_version_is_told(
     monkeypatch.setattr(doctor, "versions", lambda: {**right, package: found})
     finding = fault(list(doctor._packages()), package)
     assert remedy in finding.remedy
-    assert finding.told == (found or "not installed")
+    assert finding.found == (found or "not installed")
     assert sum(not other.fine for other in doctor._packages()) == 1
 
 
@@ -81,7 +83,7 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_compiled_code_that_answers_wrongly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "_see_a_target_at_rest", lambda: 10.0)
-    assert "10.0" in fault(list(doctor._compiler())[:1], "compiled code runs").told
+    assert "10.0" in fault(list(doctor._compiler())[:1], "compiled code runs").found
 
 
 def test_a_compiler_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,4 +91,16 @@ def test_a_compiler_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> 
         raise ImportError("llvmlite has no such thing")
 
     monkeypatch.setattr(doctor, "_see_a_target_at_rest", fails)
-    assert "llvmlite" in fault(list(doctor._compiler()), "compiled code runs").told
+    assert "llvmlite" in fault(list(doctor._compiler()), "compiled code runs").found
+
+
+def test_it_answers_where_libraries_are_broken() -> None:
+    code = """import sys
+sys.modules |= dict.fromkeys(["numba", "numpy", "pyarrow", "pydantic", "scipy"])
+from planner.cli import main
+sys.exit(main(["doctor", "--json"]))"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "")
+    findings = {one["what"]: one for one in json.loads(done.stdout)["findings"]}
+    assert findings["netconvert runs"]["fine"]
+    assert not findings["compiled code runs"]["fine"]

@@ -1,20 +1,31 @@
-"""Whether this computer has what the planner needs, and what to do where it has not."""
+"""`planner doctor`: whether this computer has what the planner needs, and what to do if not.
 
+What may be broken is loaded by the check that asks for it, so that all others can still answer.
+"""
+
+import argparse
 import os
 import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from planner.cli.printing import print_result
 from planner.errors import PlannerError
 from planner.files import cache_folder
 from planner.network.sumo import binary, sumo_environment
 from planner.provenance import PACKAGES, versions
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+SUMMARY = "check this installation and suggest a remedy for each fault"
+DETAILS = ""
+EXAMPLES = (("doctor", "first of all on a new computer"),)
 
 SUMO_RELEASE = "1.28"  # the programs and both libraries move together
 ARROW_RELEASE = "23"  # libsumo is compiled against it
@@ -25,20 +36,56 @@ WAIT_S = 60.0  # a program that has not answered by then hangs
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one check."""
 
     what: str
     fine: bool
-    told: str  # what was found
-    remedy: str = ""  # what to do, where it is not fine
+    found: str
+    remedy: str = ""  # what to do if it is not fine
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as `planner doctor --json` prints it."""
+        return {
+            "what": self.what,
+            "fine": self.fine,
+            "told": self.found,
+            "remedy": self.remedy,
+        }
+
+
+def arguments(_: argparse.ArgumentParser) -> None:
+    """Add nothing: `planner doctor` takes no arguments of its own."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Examine the installation; return 1 if something has to be mended."""
+    findings = examine()
+    summary = {"findings": [finding.as_dict() for finding in findings]}
+    print_result(arguments, summary, [doctor_table(findings)])
+    return 0 if all(finding.fine for finding in findings) else 1
+
+
+def doctor_table(findings: Iterable[Finding]) -> "Table":
+    """Return the findings as a table, with faults marked and their remedies."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, title_justify="left")
+    for name in ("", "", "found", "remedy"):
+        table.add_column(name, overflow="fold")
+    for finding in findings:
+        mark = "ok" if finding.fine else "FAULT"
+        style = None if finding.fine else "bold red"
+        table.add_row(mark, finding.what, finding.found, finding.remedy, style=style)
+    return table
 
 
 def examine() -> list[Finding]:
-    """Return what was found, in the order in which faults are best mended.
+    """Return all findings, in the order in which faults are best mended.
 
     Never raises: whatever goes wrong becomes a finding.
     """
-    looks: list[Callable[[], Iterator[Finding]]] = [
+    checks: list[Callable[[], Iterator[Finding]]] = [
         _python,
         _packages,
         _library,
@@ -46,13 +93,13 @@ def examine() -> list[Finding]:
         _cache,
         _compiler,
     ]
-    return [finding for look in looks for finding in look()]
+    return [finding for check in checks for finding in check()]
 
 
 def _python() -> Iterator[Finding]:
     fine = sys.version_info >= (3, 11)
-    told = f"{platform.python_version()} at {sys.executable}"
-    yield Finding("Python", fine, told, "" if fine else "install Python 3.11 or later")
+    found = f"{platform.python_version()} at {sys.executable}"
+    yield Finding("Python", fine, found, "" if fine else "install Python 3.11 or later")
 
 
 def _packages() -> Iterator[Finding]:
@@ -72,24 +119,24 @@ def _packages() -> Iterator[Finding]:
 
 
 def _library() -> Iterator[Finding]:
-    """Load SUMO's library in a process of its own: a broken one may take the process with it."""
+    """Load SUMO's library in a separate process, as a broken one may crash the process."""
     code = "import libsumo; print(libsumo.simulation.getVersion()[1])"
-    told, fine = _run([sys.executable, "-c", code], LIBSUMO_AS_TRACI="quiet")
-    yield Finding("SUMO's library loads", fine, told, "" if fine else _remedy(told))
+    answer, fine = _run([sys.executable, "-c", code], LIBSUMO_AS_TRACI="quiet")
+    yield Finding("SUMO's library loads", fine, answer, "" if fine else _remedy(answer))
 
 
 def _programs() -> Iterator[Finding]:
     for name in ("netconvert", "sumo"):
         try:
             sumo_environment()
-            told, fine = _run([str(binary(name)), "--version"])
+            answer, fine = _run([str(binary(name)), "--version"])
         except PlannerError as error:
-            told, fine = str(error), False
-        yield Finding(f"{name} runs", fine, told, "" if fine else _remedy(told))
+            answer, fine = str(error), False
+        yield Finding(f"{name} runs", fine, answer, "" if fine else _remedy(answer))
 
 
 def _run(command: list[str], **environment: str) -> tuple[str, bool]:
-    """Return the telling line of a program's output, and whether it ended well."""
+    """Return the most useful line of a program's output, and whether it succeeded."""
     try:
         done = subprocess.run(
             command,
@@ -110,8 +157,8 @@ def _run(command: list[str], **environment: str) -> tuple[str, bool]:
     return (said[-1] if said else f"ended with code {done.returncode}"), False
 
 
-def _remedy(told: str) -> str:
-    if "cannot open shared object file" in told:
+def _remedy(answer: str) -> str:
+    if "cannot open shared object file" in answer:
         root = hasattr(os, "geteuid") and os.geteuid() == 0
         return APT_LINE if root else f"sudo {APT_LINE}"
     release = f"{SUMO_RELEASE}.*"
@@ -128,24 +175,24 @@ def _writable(what: str, folder: Path, variable: str) -> Finding:
         with tempfile.NamedTemporaryFile(dir=folder) as file:
             file.write(b"x" * 65536)
     except OSError as error:
-        told = f"{folder}: {error.strerror or error}"
-        remedy = f"set {variable} to a folder that you can write, on a disk with room"
-        return Finding(what, False, told, remedy)
+        fault = f"{folder}: {error.strerror or error}"
+        remedy = f"set {variable} to a writable folder, on a disk with free space"
+        return Finding(what, False, fault, remedy)
     return Finding(what, True, str(folder))
 
 
 def _compiler() -> Iterator[Finding]:
-    """Have the detection kernel answer a question whose answer is known."""
+    """Ask the detection kernel a question whose answer is known."""
     what = "compiled code runs"
     try:
         seen_s = _see_a_target_at_rest()
     except Exception as error:
-        told = " ".join(str(error).split()) or type(error).__name__
-        yield Finding(what, False, told[:200], f"{PIP_LINE} numba llvmlite")
+        fault = " ".join(str(error).split()) or type(error).__name__
+        yield Finding(what, False, fault[:200], f"{PIP_LINE} numba llvmlite")
         return
     fine = abs(seen_s - 9.0) < 1e-9
-    told = "detects as it should" if fine else f"sees at {seen_s} s what is to be seen at 9 s"
-    yield Finding(what, fine, told, "" if fine else f"{PIP_LINE} numba llvmlite")
+    answer = "detects as it should" if fine else f"detects at {seen_s} s what comes in view at 9 s"
+    yield Finding(what, fine, answer, "" if fine else f"{PIP_LINE} numba llvmlite")
     folder = os.environ.get("NUMBA_CACHE_DIR", "")
     if folder:
         yield _writable("compiled code is kept", Path(folder), "NUMBA_CACHE_DIR")
@@ -153,6 +200,8 @@ def _compiler() -> Iterator[Finding]:
 
 def _see_a_target_at_rest() -> float:
     """Return when a UAV at 100 m/s comes within 100 m of a target 1 km ahead: 9 s."""
+    import numpy as np
+
     from planner.detection.first_detection import first_detection
     from planner.flight.track import Track
     from planner.futures.futures import Futures

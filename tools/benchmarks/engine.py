@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmark_ways import U0_KM  # the file beside this one
 
+from benchmarks.ways import U0_KM
 from planner import GreedyOptions, Problem, Recorder, evaluate, greedy, make_plan, method_named
 from planner import open_scenario as open_any
 from planner.mission.recorder import budget_of, problem_of
@@ -19,7 +19,7 @@ from planner.search.exact import best_order
 from planner.search.problem import candidate_legs
 from planner.search.what_if import WhatIf, index_of, indexed
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 NO_CHANCE = np.random.default_rng(0)  # what greedy draws from: nothing
 PAPER = ('search.sampling="iid"', "search.particles=1000", 'greedy.direction="both"')
 
@@ -64,7 +64,7 @@ def small_nets(repeats: int) -> Iterator[Check]:
                 begun_s = time.thread_time()
                 best_order(problem, roads)
                 took_s.append(time.thread_time() - begun_s)
-            plan = make_plan(method_named("best"), opened, recorder, particles)
+            plan = make_plan(method_named("best"), opened, recorder, particles).plan
             value = evaluate(plan.tracks, particles, problem.sensor, problem.objective)
             title = f"{name}{variant}"
             expected_s = value.expected_detection_time_s
@@ -88,12 +88,12 @@ def engine(repeats: int) -> Iterator[Check]:
         yield Check(f"u0 {u0_km} km: plan of 16 roads", 1000 * plan_s, 3.0, "ms")
         yield Check(f"u0 {u0_km} km: index, once per problem", 1000 * index_s, np.inf, "ms")
     sys.path.insert(0, str(ROOT / "tests"))
-    grids: Any = import_module("grid_instance")
+    grids: Any = import_module("support.grid_instance")
     few, many, wide = (
         grids.grid_problem(grids.grid_futures(n, np.random.default_rng(1)), size=size)
         for n, size in ((1000, 6), (16000, 6), (1000, 6))
     )
-    wide = wide.replace(network=import_module("instances").grid(24, 24))
+    wide = wide.replace(network=import_module("support.instances").grid(24, 24))
     few_s, many_s, wide_s = (_scoring_s(problem, repeats) for problem in (few, many, wide))
     bytes_few, bytes_many = (_bytes_of(indexed(problem)) for problem in (few, many))
     yield Check("16 times the particles: time per particle", many_s / few_s / 16, 1.5, "times")
@@ -106,8 +106,9 @@ def _scoring_s(problem: Problem, repeats: int) -> float:
     """Return the seconds of one scoring of all legs from the first node after take-off."""
     at_start, made = problem.first_state, WhatIf(problem)
     legs = candidate_legs(problem, at_start)
+    first, *_ = legs.tolist()
     flights = made.fly(at_start, legs[:1])
-    state = at_start.after(problem.legs, int(legs[0]), flights.seen(0, len(problem.futures)))
+    state = at_start.after(problem.legs, first, flights.seen(0, len(problem.futures)))
     return _median_s(lambda: made.score(state, legs), repeats)
 
 

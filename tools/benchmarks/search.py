@@ -1,4 +1,4 @@
-"""Measure how soon the planners' plans find the target, and hold that against figures to reach.
+"""Measure how soon the planners' plans find the target, and compare that with target values.
 
 The grid of Section 5 of the paper, take-off at 0, the UAV starting u0 from the origin. All plans
 of all methods and seeds meet one common set of fresh targets, drawn from the belief under a
@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmark_engine import Check, engine, small_nets  # the files beside this one
-from benchmark_figures import machine
-from benchmark_ways import NOTES, U0_KM, WAYS, Way
 
+from benchmarks.engine import Check, engine, small_nets
+from benchmarks.figures import machine
+from benchmarks.ways import NOTES, U0_KM, WAYS, Way
 from planner import (
     Futures,
     OpenScenario,
@@ -33,12 +33,12 @@ from planner import (
 )
 from planner import open_scenario as open_any
 from planner.arrays import Floats
+from planner.cli.printing import console
+from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
 from planner.mission.recorder import problem_of
-from planner.report.progress import progress
-from planner.report.tables import console
 
 MOST_SPREAD_S = 6.0  # standard deviation from seed to seed
 LEAST_FOUND = 0.999
@@ -102,7 +102,7 @@ def _fly(task: tuple[Way, int, int, int]) -> Flown:
     particles = recorder.planning().futures
     holdout = recorder.holdout().futures if method.chooses else None
     begun_s = time.thread_time()
-    plan = make_plan(method, opened, recorder, particles, holdout=holdout)
+    plan = make_plan(method, opened, recorder, particles, holdout=holdout).plan
     took_s = time.thread_time() - begun_s
     problem = problem_of(opened, particles)
     planned, flown = (
@@ -139,13 +139,13 @@ def cells(wanted: argparse.Namespace) -> Iterator[Cell]:
     ]
     with (
         ProcessPoolExecutor(wanted.planners, get_context("spawn")) as pool,
-        progress("plans") as told,
+        progress_bar("plans") as progress,
     ):
         list(pool.map(_warm_up, [way for way in ways for _ in range(wanted.planners)]))
         flown = []
         for done, one in enumerate(pool.map(_fly, tasks), 1):
             flown.append(one)
-            told(done, len(tasks), f"{one.way}, {one.u0_km} km")
+            progress(done, len(tasks), f"{one.way}, {one.u0_km} km")
             if done == len(tasks) or tasks[done][1] != one.u0_km:
                 yield from _cells_of(ways, flown)
                 flown = []
@@ -155,9 +155,9 @@ def _record(ways: Sequence[Way], wanted: argparse.Namespace) -> None:
     """Record all targets once; what is recorded does not depend on where the UAV starts."""
     _fresh(wanted.targets, wanted.jobs)
     sets = [(way, seed) for way in ways for seed in range(way.seeds or wanted.seeds)]
-    with progress("recording") as told:
+    with progress_bar("recording") as progress:
         for done, (way, seed) in enumerate(sets):
-            told(done, len(sets))
+            progress(done, len(sets))
             recorder = Recorder(_opened(way, 60, seed), wanted.jobs)
             recorder.planning()
             if method_named(way.method).chooses:

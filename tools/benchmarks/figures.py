@@ -1,4 +1,4 @@
-"""What the benchmarks measure, told: a table of figures, and the computer they come from."""
+"""The benchmarks' output: a table of figures, and the computer they come from."""
 
 import os
 import platform
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from planner.cli.printing import console
 from planner.provenance import versions
-from planner.report.tables import console
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Figure:
 
     @property
     def median(self) -> float:
-        """The value that is told."""
+        """The value that is reported."""
         return statistics.median(self.values)
 
     @property

@@ -1,0 +1,55 @@
+# The public names, each with the module that it comes from: the one list of them. Type checkers
+# read it, and `planner/__init__.py` loads a name from its module when the name is first used.
+# In a stub, `import name as name` is what makes a name public.
+
+from .belief.particles import Particles as Particles
+from .belief.prior import Prior as Prior
+from .belief.sampling import predefined as predefined
+from .belief.sampling import sample as sample
+from .detection.evaluate import evaluate as evaluate
+from .detection.evaluation import Evaluation as Evaluation
+from .detection.first_detection import first_detection as first_detection
+from .detection.objective import Objective as Objective
+from .detection.sensor import Sensor as Sensor
+from .errors import InputError as InputError
+from .errors import NotApplicableError as NotApplicableError
+from .errors import OutputError as OutputError
+from .errors import PlannerError as PlannerError
+from .errors import ScenarioError as ScenarioError
+from .errors import SumoError as SumoError
+from .flight.legs import Legs as Legs
+from .flight.plan import Plan as Plan
+from .flight.track import Track as Track
+from .flight.uav import Uav as Uav
+from .futures.futures import Futures as Futures
+from .futures.record import record as record
+from .futures.state_at import by_road as by_road
+from .futures.state_at import state_at as state_at
+from .futures.store import Recording as Recording
+from .futures.store import read_recording as read_recording
+from .mission.fly import MissionRecord as MissionRecord
+from .mission.fly import fly as fly
+from .mission.opening import OpenScenario as OpenScenario
+from .mission.opening import open_scenario as open_scenario
+from .mission.plan_file import read_plan as read_plan
+from .mission.recorder import Recorder as Recorder
+from .mission.recorder import make_plan as make_plan
+from .mission.recorder import problem_of as problem_of
+from .network.read import read_net as read_net
+from .network.road_network import RoadNetwork as RoadNetwork
+from .search.greedy import greedy as greedy
+from .search.greedy_options import GreedyOptions as GreedyOptions
+from .search.methods import METHODS as METHODS
+from .search.methods import method_named as method_named
+from .search.plan import plan_of_legs as plan_of_legs
+from .search.problem import Budget as Budget
+from .search.problem import Problem as Problem
+from .search.problem import candidate_legs as candidate_legs
+from .search.result import SearchResult as SearchResult
+from .search.state import SearchState as SearchState
+from .search.stop import AnyOf as AnyOf
+from .search.stop import Asked as Asked
+from .search.stop import Elapsed as Elapsed
+from .search.stop import WorkDone as WorkDone
+from .search.what_if import WhatIf as WhatIf
+from .streams import stream as stream

@@ -1,0 +1,86 @@
+"""Recipes: all that decides which particles come out, known before any is drawn.
+
+Two equal recipes give equal particles on the same network, so that a recording can be looked up
+without drawing them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from planner.belief.particles import Particles
+from planner.belief.prior import Prior
+from planner.belief.sampling import Sampling, predefined, sample
+from planner.network.road_network import RoadNetwork
+from planner.streams import stream
+
+
+class Recipe(Protocol):
+    """A dataclass whose fields, and those of the dataclasses in them, decide what is made."""
+
+    @property
+    def horizon_s(self) -> float:
+        """Up to when particles move, seconds on the target's clock."""
+
+    def particles(self, network: RoadNetwork) -> Particles:
+        """Return the particles, the same ones each time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Particles drawn from a prior."""
+
+    prior: Prior
+    count: int
+    horizon_s: float
+    seed: int
+    stream: tuple[str | int, ...]  # the name of the random stream under the seed
+    sampling: Sampling = "iid"
+
+    def particles(self, network: RoadNetwork) -> Particles:
+        """Return the particles as `planner.belief.sampling.sample` draws them."""
+        rng = stream(self.seed, *self.stream)
+        return sample(
+            self.prior,
+            network,
+            self.count,
+            rng,
+            sampling=self.sampling,
+            horizon_s=self.horizon_s,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class OneTarget:
+    """One target on a given route at a given speed."""
+
+    prior: Prior  # how it drives, and what happens at its end
+    route: Sequence[str]  # names of edges
+    speed_mps: float
+    offset_m: float
+    horizon_s: float
+    seed: int  # of SUMO's driver
+    stream: tuple[str | int, ...]
+
+    def particles(self, network: RoadNetwork) -> Particles:
+        """Return the target as `planner.belief.sampling.predefined` places it."""
+        return predefined(
+            network,
+            self.prior,
+            self.route,
+            stream(self.seed, *self.stream),
+            speed_mps=self.speed_mps,
+            offset_m=self.offset_m,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Particles that are at hand."""
+
+    made: Particles
+    horizon_s: float
+
+    def particles(self, network: RoadNetwork) -> Particles:  # noqa: ARG002
+        """Return them."""
+        return self.made

@@ -1,0 +1,100 @@
+"""How the UAV and the particles of a problem can move; worked out once for all that ask."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.bounds.hops import Hops, hops_of, passes_over
+from planner.bounds.kernels.hops import Motion, Pieces
+from planner.detection.first_detection import first_detection
+from planner.flight.track import Track
+from planner.futures.futures import Futures
+from planner.search.problem import Problem
+
+LONGEST_BIN_S = 5.0
+
+
+class Place(NamedTuple):
+    """A node that a flight has reached."""
+
+    node: int
+    time_s: float
+    reward: Floats  # (N,) of what is seen until there
+
+
+@dataclass(frozen=True, eq=False)
+class Movements:
+    """The movements on which the bounds of a problem are built."""
+
+    problem: Problem
+
+    @cached_property
+    def hops(self) -> Hops:
+        """What road plans consist of after their first flight."""
+        return hops_of(self.problem.legs)
+
+    @cached_property
+    def first_flights(self) -> tuple[Place, ...]:
+        """Where each flight from take-off ends that is not two hops.
+
+        Where the UAV takes off at a node there is only one: all other flights are hops.
+        """
+        return tuple(_first_flights(self.problem))
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The straight motions of all particles."""
+        return pieces_of(self.problem.futures)
+
+    @property
+    def fitting_bin_s(self) -> float:
+        """Bins short enough for the sensor to be sure and for every hop to last one, seconds."""
+        sure_s = self.problem.sensor.radius_m / self.problem.legs.speed_mps
+        return min(LONGEST_BIN_S, sure_s, float(self.hops.duration_s.min()))
+
+
+def _first_flights(problem: Problem) -> Iterator[Place]:
+    uav, xy = problem.uav, problem.network.node_xy_m
+    start_m = np.array([uav.x_m, uav.y_m])
+    here = np.flatnonzero(np.all(xy == start_m, axis=1))[:1]
+    for node in here if len(here) else range(len(xy)):
+        if len(here) == 0 and passes_over(xy, start_m, xy[node]):
+            continue
+        at_s = uav.take_off_s + float(np.hypot(*(xy[node] - start_m))) / uav.speed_mps
+        on = [(uav.take_off_s, at_s)] if problem.sensor.detects_in_transit else []
+        path = np.array([start_m, xy[node]])
+        track = Track(
+            np.array([uav.take_off_s, at_s]), path[:, 0], path[:, 1], np.array(on).reshape(-1, 2)
+        )
+        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
+        yield Place(int(node), at_s, problem.objective.reward(seen_at))
+
+
+def pieces_of(futures: Futures) -> Pieces:
+    """Return all straight motions of futures.
+
+    A particle that is somewhere for a moment only does not move there, and can be seen all the
+    same.
+    """
+    who = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
+    time_s, x_m, y_m = futures.time_s, futures.x_m, futures.y_m
+    last = np.diff(who, append=-1) != 0
+    moves = np.flatnonzero(~last & (np.diff(time_s, append=np.inf) > 0.0))
+    rests = np.flatnonzero(last & ~futures.gone[who])
+    moments = np.setdiff1d(np.arange(len(who)), np.concatenate([moves, moves + 1, rests]))
+    places = np.concatenate([moves, rests, moments])
+    lasts_s = time_s[moves + 1] - time_s[moves]
+    at_rest = np.zeros(len(rests) + len(moments))
+    motion = Motion(
+        from_s=time_s[places],
+        to_s=np.concatenate([time_s[moves + 1], np.full(len(rests), np.inf), time_s[moments]]),
+        x_m=x_m[places],
+        y_m=y_m[places],
+        vx_mps=np.concatenate([(x_m[moves + 1] - x_m[moves]) / lasts_s, at_rest]),
+        vy_mps=np.concatenate([(y_m[moves + 1] - y_m[moves]) / lasts_s, at_rest]),
+    )
+    return Pieces(motion, who[places].astype(np.int64))

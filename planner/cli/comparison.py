@@ -1,0 +1,135 @@
+"""The work of `planner compare`: all methods on one scenario, side by side."""
+
+import argparse
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from planner.cli.printing import print_result
+from planner.cli.progress import progress_bar
+from planner.cli.session import (
+    evaluation_recorded,
+    holdout_recorded,
+    opened_scenario,
+    output_file,
+    planning_recorded,
+)
+from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
+from planner.detection.evaluate import evaluate
+from planner.errors import NotApplicableError
+from planner.flight.plan import Plan
+from planner.interrupts import first_interrupt_asks
+from planner.mission import certify
+from planner.mission.bounds import Bounds, bounds_of, stored_bound
+from planner.mission.opening import OpenScenario
+from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
+from planner.mission.trial import Trial
+from planner.report import run_files, sentences, tables
+from planner.search.methods import METHODS, Method
+
+
+def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
+    """Compare all methods on the same futures and the same fresh targets."""
+    with ExitStack() as stack:
+        new = output_file(stack, arguments)
+        opened = opened_scenario(arguments, overrides)
+        recording = planning_recorded(arguments, opened)
+        targets = Targets(recording, evaluation_recorded(arguments, opened))
+        tried = _tried(arguments, opened, targets)
+        stored, bounds = _stored(arguments, opened, targets)
+        if arguments.bound:
+            bounds = _computed(arguments, opened, targets, tried, bounds)
+        rows = [*_rows(tried, bounds), *stored]
+        if new is not None:
+            run_files.write_compare(new, rows)
+    summary = {"methods": [run_files.compare_cells(row) for row in rows]}
+    title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
+    table = tables.compare_table(rows, title)
+    print_result(arguments, summary, [table, *sentences.reasons(rows), *bounds.reasons])
+    return 0
+
+
+def _tried(
+    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
+) -> list[Trial | tables.MethodRow]:
+    """Return the trial of each method, or the row that says why it cannot be used."""
+    tried: list[Trial | tables.MethodRow] = []
+    with progress_bar("methods") as progress:
+        for done, method in enumerate(METHODS):
+            progress(done, len(METHODS))
+            tried.append(_try(arguments, opened, method, targets))
+    return tried
+
+
+def _try(
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: Targets
+) -> Trial | tables.MethodRow:
+    targets = replace(targets, holdout=holdout_recorded(arguments, opened, method))
+    try:
+        return trial_of(arguments, opened, method, targets)
+    except NotApplicableError as error:
+        return tables.MethodRow(method.name, why_not=str(error))
+
+
+def _rows(tried: Sequence[Trial | tables.MethodRow], bounds: Bounds) -> list[tables.MethodRow]:
+    return [
+        replace(tables.row_of(one), bound=bounds.bound(one.plan)) if isinstance(one, Trial) else one
+        for one in tried
+    ]
+
+
+def _stored(
+    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
+) -> tuple[list[tables.MethodRow], Bounds]:
+    """Return the row of the run whose run.json is the scenario, and the bound that it holds.
+
+    There is none if an option changes the problem that the run was planned for.
+    """
+    folder = Path(arguments.scenario).parent
+    if Path(arguments.scenario).name != PROVENANCE or not (folder / PLAN).exists():
+        return [], Bounds({})
+    of_run, stored = open_run(folder)
+    same = of_run.scenario.as_dict() == opened.scenario.as_dict()
+    if not same or not is_planned_on(folder, targets.planning):
+        return [], Bounds({})
+    bounds = Bounds(stored_bound(folder / PLAN, stored.plan))
+    planned, evaluated = (
+        evaluate(stored.plan.tracks, some.futures, stored.sensor, stored.objective)
+        for some in (targets.planning, targets.fresh)
+    )
+    row = tables.MethodRow(
+        f"{folder.name}: {stored.plan.method}",
+        planned,
+        evaluated,
+        sum(map(len, stored.plan.legs)),
+        bound=bounds.bound(stored.plan),
+    )
+    return [row], bounds
+
+
+def _computed(
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    targets: Targets,
+    tried: Sequence[Trial | tables.MethodRow],
+    known: Bounds,
+) -> Bounds:
+    """Return a bound for each class of plans; a bound that is already known stays."""
+    seconds = math.inf if arguments.time_limit is None else arguments.time_limit
+    futures, reasons = targets.planning.futures, list(known.reasons)
+    with first_interrupt_asks() as asked:
+        bounding = Bounding(asked, seconds=seconds)
+
+        def bound(plan: Plan) -> float | None:
+            problem = certify.problem_of_plan(opened, plan, futures)
+            try:
+                return certificate_of(problem, plan, bounding).bound
+            except NotApplicableError as error:
+                reasons.append(f"gap: {error}")
+                return None
+
+        trials = [one for one in tried if isinstance(one, Trial)]
+        computed = bounds_of(trials, bound, known=known.of)
+    return Bounds(computed, tuple(reasons))

@@ -1,0 +1,93 @@
+"""Methods tried and plans bounded while the terminal shows the progress."""
+
+import argparse
+import logging
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from planner.bounds.certificate import STEPS, Certificate, Effort, certified
+from planner.cli.progress import progress_bar
+from planner.flight.plan import Plan
+from planner.futures.futures import Futures
+from planner.futures.store import Recording
+from planner.mission.opening import OpenScenario
+from planner.mission.recorder import Recorder, budget_of
+from planner.mission.trial import Trial, try_method
+from planner.search.methods import Method
+from planner.search.problem import Budget, Problem
+from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """The recorded targets of a scenario, each set for one use."""
+
+    planning: Recording
+    fresh: Recording
+    holdout: Futures | None = None
+
+
+def trial_of(
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    method: Method,
+    targets: Targets,
+    budget: Budget | None = None,
+) -> Trial:
+    """Return what a method makes of a scenario, and show the best value while it plans.
+
+    Parameters
+    ----------
+    budget
+        The scenario's own if not given.
+    """
+    with progress_bar(f"planning: {method.name}") as progress:
+
+        def on_progress(done: int, total: int, note: str = "", /) -> None:
+            log.info("best so far %s after %d units of work", note, done)
+            progress(done, total, note)
+
+        return try_method(
+            method,
+            Recorder(opened, arguments.jobs),
+            targets.planning.futures,
+            targets.fresh.futures,
+            holdout=targets.holdout,
+            budget=replace(budget or budget_of(opened), on_progress=on_progress),
+        )
+
+
+@dataclass(frozen=True)
+class Bounding:
+    """When the search for a bound ends."""
+
+    asked: Callable[[], bool]  # whether the user wants the best bound so far
+    gap: float = 0.0  # as soon as it is this small
+    seconds: float = math.inf  # of wall-clock time
+    steps: int | None = None  # price steps; None: the usual number, or any within the seconds
+
+    @property
+    def most_steps(self) -> int | None:
+        """How many price steps are taken at most, None if only the time limits them."""
+        return self.steps or (STEPS if math.isinf(self.seconds) else None)
+
+    def stop(self) -> Stop:
+        """Return the rule that ends one search, whose time begins now."""
+        steps = [] if self.most_steps is None else [WorkDone(self.most_steps)]
+        return AnyOf(Asked(self.asked), Elapsed(self.seconds), *steps)
+
+
+def certificate_of(problem: Problem, plan: Plan, bounding: Bounding) -> Certificate:
+    """Return a plan's certificate, and show value, bound and gap as they converge."""
+    begun_s, most = time.monotonic(), bounding.most_steps
+    with progress_bar("certifying") as progress:
+
+        def on_progress(step: int, _: int, note: str = "", /) -> None:
+            done, total = (step, most) if most else (time.monotonic() - begun_s, bounding.seconds)
+            progress(int(min(done, total)), math.ceil(total), note)
+
+        return certified(problem, plan, Effort(bounding.gap, bounding.stop(), on_progress))

@@ -1,0 +1,65 @@
+"""`planner where`: the belief at a given time, road by road."""
+
+import argparse
+from contextlib import ExitStack
+
+from planner.cli.arguments import add_scenario, moment, path
+from planner.cli.printing import print_result
+from planner.errors import InputError
+
+SUMMARY = "show where the target may be at a given time"
+DETAILS = ""
+EXAMPLES = (
+    ("where grid5x5 --at 1800", "its most likely roads"),
+    ("where grid5x5 --at 0:30:00 -o runs/where", "with a picture"),
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner where`."""
+    add_scenario(parser)
+    parser.add_argument(
+        "--at",
+        type=moment,
+        required=True,
+        metavar="TIME",
+        help="seconds or H:M:S after the target was last seen",
+    )
+    parser.add_argument(
+        "-o", "--output", type=path, metavar="DIR", help="write where.csv and where.png to DIR"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print where the target may be at a time, the most likely roads first."""
+    from planner.cli.session import opened_scenario, output_folder, planning_recorded
+    from planner.futures.state_at import by_road, state_at
+    from planner.report import where
+
+    with ExitStack() as stack:
+        folder = output_folder(stack, arguments, where.FILES)
+        opened = opened_scenario(arguments)
+        _check_time(arguments.at, opened.scenario.search.horizon_s)
+        recording = planning_recorded(arguments, opened)
+        state = state_at(recording.futures, opened.network, arguments.at)
+        roads = by_road(state, opened.network)
+        if folder is not None:
+            where.write_where(folder, opened, state, roads)
+    elsewhere = state.elsewhere_probability
+    summary = {
+        "time_s": arguments.at,
+        "elsewhere_probability": elsewhere,
+        "roads": [vars(road) for road in roads],
+    }
+    table = where.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
+    print_result(arguments, summary, [table])
+    return 0
+
+
+def _check_time(time_s: float, horizon_s: float) -> None:
+    if not 0 <= time_s <= horizon_s:
+        raise InputError(
+            f"--at {time_s:g}: futures are recorded from 0 to {horizon_s:g} s; choose "
+            "a time in that range, or a later search.horizon_s"
+        )

@@ -1,0 +1,61 @@
+"""When a search ends before its work is done: rules that are asked often, alone or together."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+
+class Stop(Protocol):
+    """A rule that says when a search shall end with the best it has so far."""
+
+    def __call__(self, work: int, /) -> bool:
+        """Tell whether to end, after so many units of work."""
+
+
+@dataclass(frozen=True)
+class WorkDone:
+    """Ends after so many units of work."""
+
+    most: int
+
+    def __call__(self, work: int, /) -> bool:
+        """Tell whether that many are done."""
+        return work >= self.most
+
+
+@dataclass(frozen=True)
+class Elapsed:
+    """Ends when so many seconds of wall-clock time have passed since the rule was made."""
+
+    seconds: float
+    since_s: float = field(default_factory=time.monotonic)
+
+    def __call__(self, work: int, /) -> bool:  # noqa: ARG002
+        """Tell whether they have passed."""
+        return time.monotonic() > self.since_s + self.seconds
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Ends when somebody asks for the best so far, as with Ctrl-C."""
+
+    asked: Callable[[], bool]
+
+    def __call__(self, work: int, /) -> bool:  # noqa: ARG002
+        """Tell whether somebody has asked."""
+        return self.asked()
+
+
+class AnyOf:
+    """Ends when any of several rules says so; without rules, never."""
+
+    def __init__(self, *rules: Stop) -> None:
+        self.rules = rules
+
+    def __call__(self, work: int, /) -> bool:
+        """Tell whether one of them says so."""
+        return any(rule(work) for rule in self.rules)
+
+
+NEVER = AnyOf()

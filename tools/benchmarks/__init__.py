@@ -1,0 +1,1 @@
+"""Parts of `tools/benchmark.py`, and the longer programs that it starts."""
