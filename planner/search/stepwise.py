@@ -43,7 +43,7 @@ def legs_ahead(problem: Problem, state: SearchState) -> Ints:
 
 def earned(problem: Problem, state: SearchState, flights: Sightings) -> Floats:
     """Return the expected reward of each flight from a state, (C,)."""
-    unseen = problem.futures.weight[flights.particle] * state.miss[flights.particle]
+    unseen = (problem.futures.weight * state.miss)[flights.particle]
     return flights.per_flight(unseen * problem.objective.reward(flights.seen_at))
 
 

@@ -163,19 +163,20 @@ def seen_in_flight(
     float
         Seconds on the target's clock; infinity if never.
     """
-    knots, first_knot = knots_of(futures), futures.first_knot
+    time_s, x_m, y_m, first_knot, gone = futures
+    knots, flight_s = PathColumns(time_s, x_m, y_m), flight.time_s
     i, i_end = points
     k, k_end = first_knot[particle], first_knot[particle + 1]
     if k == k_end or i >= i_end:
         return np.inf
-    now_s = max(window.from_s, flight.time_s[i], knots.time_s[k])
-    to_s = min(window.to_s, flight.time_s[i_end - 1])
-    if futures.gone[particle]:
-        to_s = min(to_s, knots.time_s[k_end - 1])
+    now_s = max(window.from_s, flight_s[i], time_s[k])
+    to_s = min(window.to_s, flight_s[i_end - 1])
+    if gone[particle]:
+        to_s = min(to_s, time_s[k_end - 1])
     if now_s > to_s:
         return np.inf
-    i = last_at_or_before(flight.time_s, i, i_end, now_s)
-    k = last_at_or_before(knots.time_s, k, k_end, now_s)
+    i = last_at_or_before(flight_s, i, i_end, now_s)
+    k = last_at_or_before(time_s, k, k_end, now_s)
     while True:
         uav = motion_at(flight, i, i_end, now_s)
         seen = motion_at(knots, k, k_end, now_s)

@@ -112,43 +112,52 @@ def set_out(
 
 
 @compiled
-def with_room_for(count: int, states: BeamStates) -> BeamStates:
+def with_room_for(count: int, links: Ints, figures: Floats) -> tuple[Ints, Floats]:
     """Return the same states with room for ``count`` at least."""
-    links, figures, masks, heads, counts = states
     many = links.shape[1]
     if count <= many:
-        return states
+        return links, figures
     more_links = np.full((4, 2 * count), -1, dtype=np.int32)
     more_figures = np.empty((4, 2 * count))
     more_links[:, :many], more_figures[:, :many] = links, figures
-    return BeamStates(more_links, more_figures, masks, heads, counts)
+    return more_links, more_figures
 
 
 @compiled
-def with_a_free_slot(states: BeamStates) -> BeamStates:
-    """Return the same states with room for one more mask at least."""
-    links, figures, masks, heads, counts = states
-    if counts[SLOTS] < len(masks):
-        return states
+def with_a_free_slot(masks: Ints, used: int) -> Ints:
+    """Return the same masks with room for one more at least."""
+    if used < len(masks):
+        return masks
     more = np.empty((2 * len(masks), masks.shape[1]), dtype=np.uint8)
     more[: len(masks)] = masks
-    return BeamStates(links, figures, more, heads, counts)
+    return more
 
 
 @compiled
 def pack(miss: Floats, mask: Ints) -> None:
     """Write into bits, (ceil(N / 8),) bytes, which particles are unseen, ``miss`` (N,) > 0."""
-    mask[:] = 0
-    for k in range(len(miss)):
-        if miss[k] > 0.0:
-            mask[k >> 3] |= np.uint8(1 << (k & 7))
+    whole = len(miss) // 8
+    for b in range(whole):  # whole bytes first: such a loop is compiled to few instructions
+        bits = 0
+        for j in range(8):
+            bits |= (miss[8 * b + j] > 0.0) << j
+        mask[b] = bits
+    if whole < len(mask):
+        bits = 0
+        for k in range(8 * whole, len(miss)):
+            bits |= (miss[k] > 0.0) << (k & 7)
+        mask[whole] = bits
 
 
 @compiled
 def unpack(mask: Ints, miss: Floats) -> None:
     """Write bits into ``miss``, (N,): 1 for an unseen particle, else 0."""
-    for k in range(len(miss)):
-        miss[k] = (mask[k >> 3] >> (k & 7)) & 1
+    whole = len(miss) // 8
+    for b in range(whole):  # as in `pack`
+        for j in range(8):
+            miss[8 * b + j] = (mask[b] >> j) & 1
+    for k in range(8 * whole, len(miss)):
+        miss[k] = (mask[whole] >> (k & 7)) & 1
 
 
 @compiled
@@ -202,7 +211,7 @@ def miss_after(
     i: int, states: BeamStates, flown: FirstSeen, setting: BeamSetting, miss: Floats
 ) -> None:
     """Find out which particles a state has not seen, (N,): its parent's, less its own leg's."""
-    links, ways = states.links, setting.ways
+    links, (first_way, way_leg, _) = states.links, setting.ways
     parent = links[PARENT, i]
     if parent < 0:
         miss[:] = flown.miss
@@ -211,8 +220,8 @@ def miss_after(
         return
     unpack(states.masks[links[SLOT, parent]], miss)
     node = setting.legs.to_node[links[LEG, parent]]
-    for y in range(ways.first[node], ways.first[node + 1]):
-        if ways.leg[y] == links[LEG, i]:
+    for y in range(first_way[node], first_way[node + 1]):
+        if way_leg[y] == links[LEG, i]:
             moment_s = states.figures[END, parent]
             departure, candidates, transits = set_out(moment_s, node, Rows(y, y + 1), setting)
             seen = fly_all(departure, candidates, transits, miss, setting.search_index)
@@ -226,41 +235,43 @@ def grow(
 ) -> BeamStates:
     """Let the fittest states of one bucket go on along every way; return the states then known."""
     to_node, duration_s, _, home_s = setting.legs
-    goal, ways, counts = setting.search_index.goal, setting.ways, states.counts
+    goal, landing_s, first_way = setting.search_index.goal, setting.landing_s, setting.ways.first
+    links, figures, masks, heads, counts = states
+    number, _, begin_s, lasts_s = bucket
     miss = np.empty(len(setting.search_index.weight))
     for i in fittest(bucket, states, to_node):
-        now_s, node = states.figures[END, i], to_node[states.links[LEG, i]]
-        most = states.figures[REWARD, i] + states.figures[UNSEEN, i] * reward_of(now_s, goal)
-        if most <= states.figures[REWARD, counts[BEST]] * (1.0 + SAME):
+        now_s, node = figures[END, i], to_node[links[LEG, i]]
+        most = figures[REWARD, i] + figures[UNSEEN, i] * reward_of(now_s, goal)
+        if most <= figures[REWARD, counts[BEST]] * (1.0 + SAME):
             continue
-        miss_after(i, states, flown, setting, miss)
-        states = with_a_free_slot(states)
-        states.links[SLOT, i] = counts[SLOTS]
-        pack(miss, states.masks[counts[SLOTS]])
+        now = BeamStates(links, figures, masks, heads, counts)
+        miss_after(i, now, flown, setting, miss)
+        masks = with_a_free_slot(masks, counts[SLOTS])
+        links[SLOT, i] = counts[SLOTS]
+        pack(miss, masks[counts[SLOTS]])
         counts[SLOTS] += 1
-        onward = Rows(ways.first[node], ways.first[node + 1])
+        onward = Rows(first_way[node], first_way[node + 1])
         departure, candidates, transits = set_out(now_s, node, onward, setting)
-        earned = score_all(departure, candidates, transits, miss, setting.search_index)
-        counts[FLIGHTS] += len(candidates.leg)
-        states = with_room_for(counts[KNOWN] + len(candidates.leg), states)
-        links, figures = states.links, states.figures
-        for c in range(len(candidates.leg)):
-            leg, start_s = candidates.leg[c], earned.start_s[c]
-            end_s = start_s + duration_s[leg]
-            too_late = end_s + home_s[to_node[leg]] > setting.landing_s
-            if too_late or reward_of(start_s, goal) <= 0.0:
+        legs, _ = candidates
+        starts_s, earned, seen = score_all(
+            departure, candidates, transits, miss, setting.search_index
+        )
+        counts[FLIGHTS] += len(legs)
+        links, figures = with_room_for(counts[KNOWN] + len(legs), links, figures)
+        for c in range(len(legs)):
+            leg, end_s = legs[c], starts_s[c] + duration_s[legs[c]]
+            if end_s + home_s[to_node[leg]] > landing_s or reward_of(starts_s[c], goal) <= 0.0:
                 continue
-            new = counts[KNOWN]
+            new, later = counts[KNOWN], max(number + 1, int((end_s - begin_s) / lasts_s))
             counts[KNOWN] += 1
             links[PARENT, new], links[LEG, new] = i, leg
-            figures[END, new], figures[REWARD, new] = end_s, figures[REWARD, i] + earned.reward[c]
-            figures[UNSEEN, new] = max(0.0, figures[UNSEEN, i] - earned.seen[c])
+            figures[END, new], figures[REWARD, new] = end_s, figures[REWARD, i] + earned[c]
+            figures[UNSEEN, new] = max(0.0, figures[UNSEEN, i] - seen[c])
             figures[PROMISE, new] = promise(
                 end_s, figures[REWARD, new], figures[UNSEEN, new], to_go
             )
-            later = max(bucket.number + 1, int((end_s - bucket.begin_s) / bucket.lasts_s))
-            if later < len(states.heads):
-                links[NEXT, new], states.heads[later] = states.heads[later], new
+            if later < len(heads):
+                links[NEXT, new], heads[later] = heads[later], new
             if figures[REWARD, new] > figures[REWARD, counts[BEST]]:
                 counts[BEST] = new
-    return states
+    return BeamStates(links, figures, masks, heads, counts)

@@ -97,15 +97,12 @@ class Facing(NamedTuple):
 class Windows(NamedTuple):
     """When and where m particles can be seen on any ray."""
 
-    particle: Ints  # (m,)
-    piece: Ints  # (m,) the particle's piece at from_s
-    from_s: Floats  # (m,)
-    to_s: Floats  # (m,)
-    x_m: Floats  # (m,) this and what follows as in ``Facing``
-    y_m: Floats  # (m,)
-    near_m: Floats  # (m,)
-    low: Floats  # (m,)
-    wide: Floats  # (m,)
+    of: Ints  # (m, 2) the particle, and its piece when its window begins
+    spans: Floats  # (m, 7) columns as below
+
+
+ENTER, LEAVE = 0, 1  # from when to when, seconds
+MIDDLE_X, MIDDLE_Y, NEAR, LOW, WIDE = 2, 3, 4, 5, 6  # as in ``Facing``
 
 
 class RaySightings(NamedTuple):
@@ -146,22 +143,26 @@ def rays_to(transits: Transits, wanted: Ints) -> tuple[Rays, Ints]:
 
     ``wanted`` holds indices of transits, -1 for none.
     """
-    many, count = len(transits.bearing), 0
+    bearings, ways, lasts_s = transits
+    many, count = len(bearings), 0
     ray_of = np.full(many, -1, dtype=np.int32)
     for e in wanted:
         if e >= 0:
             ray_of[e] = 0
-    rays = Rays(np.empty(many), np.empty((many, 2)), np.zeros(many))
+    ray_bearing, ray_way, longest_s = np.empty(many), np.empty((many, 2)), np.zeros(many)
     for e in range(many):
         if ray_of[e] < 0:
             continue
-        if count == 0 or rays.bearing[count - 1] != transits.bearing[e]:
-            rays.bearing[count] = transits.bearing[e]
-            rays.way[count, 0], rays.way[count, 1] = transits.way[e, 0], transits.way[e, 1]
+        if count == 0 or ray_bearing[count - 1] != bearings[e]:
+            ray_bearing[count], ray_way[count, 0], ray_way[count, 1] = (
+                bearings[e],
+                ways[e, 0],
+                ways[e, 1],
+            )
             count += 1
         ray_of[e] = count - 1
-        rays.lasts_s[count - 1] = max(rays.lasts_s[count - 1], transits.lasts_s[e])
-    return Rays(rays.bearing[:count], rays.way[:count], rays.lasts_s[:count]), ray_of
+        longest_s[count - 1] = max(longest_s[count - 1], lasts_s[e])
+    return Rays(ray_bearing[:count], ray_way[:count], longest_s[:count]), ray_of
 
 
 @compiled
@@ -288,47 +289,32 @@ def facing(departure: Departure, pieces: Floats, k: int, window: Window, reach: 
 
 
 @compiled
-def room_for_windows(many: int) -> Windows:
-    """Return empty columns for as many windows."""
-    return Windows(
-        np.empty(many, np.int64),
-        np.empty(many, np.int64),
-        np.empty(many),
-        np.empty(many),
-        np.empty(many),
-        np.empty(many),
-        np.empty(many),
-        np.empty(many),
-        np.empty(many),
-    )
-
-
-@compiled
 def all_windows(
     departure: Departure, over_s: float, miss: Floats, motion: ParticleMotion, sensing: Sensing
-) -> tuple[Ints, Windows, int]:
+) -> tuple[Ints, Windows]:
     """Return who is seen at once, and when and where others can be seen on any ray until a time.
 
     Only particles that may be unseen still, with ``miss`` (N,) above 0, are looked for.
 
     Returns
     -------
-    here, windows, count
-        The particles within the radius, the windows of the others, and how many these are.
+    here, windows
+        The particles within the radius, and the windows of the others.
     """
-    pieces, fastest_mps, clock = motion.pieces, motion.fastest_mps, motion.clock
+    pieces, first_piece, end_s, clock, _, _, fastest_mps = motion
     start_s, x0, y0 = departure
     radius_m, speed_mps, _ = sensing
     reach_m = padded(radius_m)
     here, at_once = np.empty(len(miss), dtype=np.int32), 0
-    windows, count = room_for_windows(len(miss)), 0
+    of, count = np.empty((len(miss), 2), dtype=np.int64), 0
+    spans = np.empty((len(miss), 7))
     now_in, passes_s = clock[bucket_of(motion, start_s)], ring_passes(sensing, fastest_mps)
     for p in range(len(miss)):
-        if not miss[p] > 0.0 or motion.end_s[p] < start_s:
+        if not miss[p] > 0.0 or end_s[p] < start_s:
             continue
-        last = motion.first_piece[p + 1] - 1
+        last = first_piece[p + 1] - 1
         k = piece_from(pieces, now_in[p], last, start_s)
-        enter_s, to_s = max(start_s, pieces[k, BEGIN]), min(over_s, motion.end_s[p])
+        enter_s, to_s = max(start_s, pieces[k, BEGIN]), min(over_s, end_s[p])
         x, y = place_in(pieces, k, enter_s)
         away_m = np.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
         if away_m <= radius_m and enter_s == start_s:
@@ -349,13 +335,13 @@ def all_windows(
             window = Window(enter_s, enter_s + passes_s)
             ahead = facing(departure, pieces, k, window, Reach(reach_m, fastest_mps))
         if enter_s <= to_s:
-            windows.particle[count], windows.piece[count] = p, k
-            windows.from_s[count], windows.to_s[count] = enter_s, min(to_s, enter_s + passes_s)
-            windows.x_m[count], windows.y_m[count] = ahead.x_m, ahead.y_m
-            windows.near_m[count] = ahead.near_m
-            windows.low[count], windows.wide[count] = ahead.low, ahead.wide
+            of[count, 0], of[count, 1] = p, k
+            spans[count, ENTER], spans[count, LEAVE] = enter_s, min(to_s, enter_s + passes_s)
+            spans[count, MIDDLE_X], spans[count, MIDDLE_Y] = ahead.x_m, ahead.y_m
+            spans[count, NEAR] = ahead.near_m
+            spans[count, LOW], spans[count, WIDE] = ahead.low, ahead.wide
             count += 1
-    return here[:at_once], windows, count
+    return here[:at_once], Windows(of[:count], spans[:count])
 
 
 @compiled
@@ -365,33 +351,32 @@ def ray_sightings(
     """Return what the UAV sees where it sets out and along each ray, of all with ``miss`` > 0."""
     start_s, x0, y0 = departure
     bearings, ways, lasts_s = rays
+    pieces, radius_m, speed_mps = motion.pieces, sensing.radius_m, sensing.speed_mps
     many, over_s, used = len(bearings), start_s, 0
     for away_s in lasts_s:
         over_s = max(over_s, start_s + away_s)
-    here, windows, count = all_windows(departure, over_s, miss, motion, sensing)
+    here, windows = all_windows(departure, over_s, miss, motion, sensing)
+    of, spans = windows
     head = np.full(many, -1, dtype=np.int32)
     chain = Chain(np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
-    for i in range(count):
-        x, y, near_m = windows.x_m[i], windows.y_m[i], windows.near_m[i]
-        low, wide = windows.low[i], windows.wide[i]
+    for i in range(len(of)):
+        x, y, near_m = spans[i, MIDDLE_X], spans[i, MIDDLE_Y], spans[i, NEAR]
+        low, wide = spans[i, LOW], spans[i, WIDE]
         j = first_from(bearings, low, 0, many)
         for _ in range(many):
             j = j if j < many else 0
             if turn_from(low, bearings[j]) > wide:  # most particles lie on nobody's way
                 break
-            leave_s = min(windows.to_s[i], start_s + lasts_s[j])
+            leave_s = min(spans[i, LEAVE], start_s + lasts_s[j])
             aside_m = abs(x * ways[j, 1] - y * ways[j, 0])
-            if windows.from_s[i] <= leave_s and aside_m <= near_m:
-                speed_mps = sensing.speed_mps
+            if spans[i, ENTER] <= leave_s and aside_m <= near_m:
                 course = Course(x0, y0, speed_mps * ways[j, 0], speed_mps * ways[j, 1], start_s)
-                window = Window(windows.from_s[i], leave_s)
-                seen_s = first_meeting(
-                    course, window, motion.pieces, windows.piece[i], sensing.radius_m
-                )
+                window = Window(spans[i, ENTER], leave_s)
+                seen_s = first_meeting(course, window, pieces, of[i, 1], radius_m)
                 if seen_s < np.inf:
                     if used == len(chain.particle):
                         chain = with_more_room(chain)
-                    chain.following[used], chain.particle[used] = head[j], windows.particle[i]
+                    chain.following[used], chain.particle[used] = head[j], of[i, 0]
                     chain.seen_at[used] = seen_s
                     head[j] = used
                     used += 1

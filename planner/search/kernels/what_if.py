@@ -154,22 +154,22 @@ def first_meeting_along(
 
     ``ahead`` is the particle's motion from the window's start on.
     """
-    legs, pieces = index.legs, index.motion.pieces
+    pieces, radius_m = index.motion.pieces, index.sensing.radius_m
+    first_point, after_s, x_m, y_m, vx_mps, vy_mps = index.legs
     leg, start_s = road
     from_s, to_s = window
     k, last_piece = ahead
-    last = legs.first_point[leg + 1] - 1
-    i = last_at_or_before(legs.after_s, legs.first_point[leg], last, from_s - start_s)
+    last = first_point[leg + 1] - 1
+    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
     while True:
-        begin_s = start_s + legs.after_s[i]
-        leaves_s = min(to_s, start_s + legs.after_s[i + 1]) if i + 1 < last else to_s
-        course = Course(legs.x_m[i], legs.y_m[i], legs.vx_mps[i], legs.vy_mps[i], begin_s)
-        part = Window(from_s, leaves_s)
-        seen_s = first_meeting(course, part, pieces, k, index.sensing.radius_m)
+        begin_s = start_s + after_s[i]
+        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
+        course = Course(x_m[i], y_m[i], vx_mps[i], vy_mps[i], begin_s)
+        seen_s = first_meeting(course, Window(from_s, leaves_s), pieces, k, radius_m)
         i += 1
         if seen_s < np.inf or i >= last:
             return seen_s
-        from_s = start_s + legs.after_s[i]
+        from_s = start_s + after_s[i]
         if from_s > to_s:
             return np.inf
         k = piece_from(pieces, k, last_piece, from_s)
@@ -185,27 +185,30 @@ def see_along_road(
     count: int,
 ) -> int:
     """Write down what a flight along a road sees; return the new count of sightings."""
-    motion, passages, legs = index.motion, index.passages, index.legs
+    pieces, first_piece = index.motion.pieces, index.motion.first_piece
+    first, from_s, to_s, _, particle, piece = index.passages
+    first_point, after_s = index.legs.first_point, index.legs.after_s
+    seen_by, transit, flight = marks
+    seen_particle, seen_at = found
     leg, start_s = road
-    end_s = start_s + legs.after_s[legs.first_point[leg + 1] - 1]
-    roads = len(passages.first) // 2
+    end_s = start_s + after_s[first_point[leg + 1] - 1]
     for rests in range(2):
-        entry = leg // 2 + rests * roads  # leg // 2 is its road
-        begin, end = passages_within(passages, entry, Window(start_s, end_s))
+        entry = leg // 2 + rests * (len(first) // 2)  # leg // 2 is its road
+        begin, end = passages_within(index.passages, entry, Window(start_s, end_s))
         for i in range(begin, end):
-            who = passages.particle[i]
-            if passages.to_s[i] < start_s or not miss[who] > 0.0:
+            who = particle[i]
+            if to_s[i] < start_s or not miss[who] > 0.0:
                 continue
-            if marks.by[who] == marks.transit or marks.by[who] == marks.flight:
+            if seen_by[who] == transit or seen_by[who] == flight:
                 continue
-            window = Window(max(start_s, passages.from_s[i]), min(end_s, passages.to_s[i]))
-            k, last = passages.piece[i], motion.first_piece[who + 1] - 1
-            if motion.pieces[k, END] <= window.from_s:
-                k = piece_from(motion.pieces, k, last, window.from_s)
+            window = Window(max(start_s, from_s[i]), min(end_s, to_s[i]))
+            k, last = piece[i], first_piece[who + 1] - 1
+            if pieces[k, END] <= window.from_s:
+                k = piece_from(pieces, k, last, window.from_s)
             seen_s = first_meeting_along(road, window, PiecesAhead(k, last), index)
             if seen_s < np.inf:
-                found.particle[count], found.seen_at[count] = who, seen_s
-                marks.by[who] = marks.flight
+                seen_particle[count], seen_at[count] = who, seen_s
+                seen_by[who] = flight
                 count += 1
     return count
 
@@ -233,15 +236,16 @@ def see_on_the_way(
     count: int,
 ) -> int:
     """Write down what a transit sees after its start; return the new count of sightings."""
-    chain = around.rays.chain
+    following, particle, seen_at = around.rays.chain
+    seen_by, seen_particle, first_seen_at = marks.by, found.particle, found.seen_at
     at = around.rays.head[around.ray_of[transit]] if transit >= 0 else -1
     while at >= 0:
-        if chain.seen_at[at] <= arrive_s:
-            who = chain.particle[at]
-            found.particle[count], found.seen_at[count] = who, chain.seen_at[at]
-            marks.by[who] = marks.transit
+        if seen_at[at] <= arrive_s:
+            who = particle[at]
+            seen_particle[count], first_seen_at[count] = who, seen_at[at]
+            seen_by[who] = marks.transit
             count += 1
-        at = chain.following[at]
+        at = following[at]
     return count
 
 
@@ -270,18 +274,17 @@ def fly_all(
     index: SearchIndex,
 ) -> Flights:
     """Return what a flight to and along each candidate sees of the particles with ``miss`` > 0."""
-    leg_of, transit_of = candidates
+    (leg_of, transit_of), lasts_s = candidates, transits.lasts_s
     around = look_around(departure, transits, transit_of, miss, index)
-    seen_by = np.zeros(len(miss), dtype=np.int32)
+    here, seen_by = around.rays.here, np.zeros(len(miss), dtype=np.int32)
     start_s, first = np.empty(len(leg_of)), np.zeros(len(leg_of) + 1, dtype=np.int64)
     found = room_for_sightings(2 * len(miss))
     count = zero()
     for c in range(len(leg_of)):
         if count + len(miss) > len(found.particle):
             found = with_more_room(found)
-        away_s = transits.lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0
-        start_s[c] = departure.time_s + away_s
-        for who in around.rays.here:
+        start_s[c] = departure.time_s + (lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0)
+        for who in here:
             found.particle[count], found.seen_at[count] = who, departure.time_s
             seen_by[who] = c + 1
             count += 1
@@ -298,11 +301,13 @@ def earned_by(
     found: FirstSightings, count: int, miss: Floats, index: SearchIndex
 ) -> tuple[float, float]:
     """Return what the first ``count`` sightings earn, and weight * miss of their particles."""
+    particle, seen_at = found
+    weight, goal = index.weight, index.goal
     reward, seen = 0.0, 0.0
     for j in range(count):
-        who = found.particle[j]
-        unseen = index.weight[who] * miss[who]
-        reward += unseen * reward_of(found.seen_at[j], index.goal)
+        who = particle[j]
+        unseen = weight[who] * miss[who]
+        reward += unseen * reward_of(seen_at[j], goal)
         seen += unseen
     return reward, seen
 
@@ -334,7 +339,7 @@ def score_all(
     index: SearchIndex,
 ) -> Earnings:
     """Return what a flight to and along each candidate earns."""
-    leg_of, transit_of = candidates
+    (leg_of, transit_of), lasts_s = candidates, transits.lasts_s
     around = look_around(departure, transits, transit_of, miss, index)
     seen_by = np.zeros(len(miss), dtype=np.int32)
     found = room_for_sightings(len(miss))
@@ -343,12 +348,12 @@ def score_all(
         still[who] = 0.0
         at_once += index.weight[who] * miss[who]
     many = len(leg_of)
-    earnings = Earnings(np.empty(many), np.empty(many), np.empty(many))
-    head, following = by_transit(transit_of, len(transits.lasts_s))
-    for transit in range(-1, len(transits.lasts_s)):
+    starts_s, rewards, weights = np.empty(many), np.empty(many), np.empty(many)
+    head, following = by_transit(transit_of, len(lasts_s))
+    for transit in range(-1, len(lasts_s)):
         if head[transit + 1] < 0:
             continue
-        start_s = departure.time_s + (transits.lasts_s[transit] if transit >= 0 else 0.0)
+        start_s = departure.time_s + (lasts_s[transit] if transit >= 0 else 0.0)
         marks = Marks(seen_by, transit + 2, transit + 2)
         count = see_on_the_way(transit, start_s, around, marks, found, zero())
         reward, seen = earned_by(found, count, miss, index)
@@ -358,7 +363,7 @@ def score_all(
             road, marks = RoadFlight(leg_of[c], start_s), Marks(seen_by, transit + 2, -1 - c)
             count = see_along_road(road, still, marks, index, found, zero())
             more, others = earned_by(found, count, miss, index)
-            earnings.start_s[c], earnings.reward[c] = start_s, reward + more
-            earnings.seen[c] = seen + at_once + others
+            starts_s[c], rewards[c] = start_s, reward + more
+            weights[c] = seen + at_once + others
             c = following[c]
-    return earnings
+    return Earnings(starts_s, rewards, weights)
