@@ -84,8 +84,7 @@ def segments(route: Route, window: Window) -> Iterator[Segment]:
     time_s = np.concatenate(([window[0]], route.time_s[inside], [window[1]]))
     place = np.interp(time_s, route.time_s, route.place)
     velocity = np.diff(place) / np.maximum(np.diff(time_s), 1e-9)
-    for part in zip(time_s[:-1], time_s[1:], place[:-1], velocity, strict=True):
-        yield Segment(*part)
+    yield from map(Segment, time_s[:-1], time_s[1:], place[:-1], velocity)
 
 
 def near_pairs(segment: Segment, motion: Motion, starts_s: Array, reach_m: float) -> Array:
@@ -386,13 +385,12 @@ class Run:
         time_s = given.horizon_s - weight @ np.maximum(0.0, given.horizon_s - seen_at)
         found = weight @ given.reward(seen_at)
         gap = abs((found if given.found_by_s else time_s) / self.certificate[given.bound_key] - 1)
-        planned: dict[str, Any] = {"expected_detection_time_s": time_s, "particles": len(weight)}
-        planned["detection_probability"] = weight @ (seen_at <= given.horizon_s)
+        ever = weight @ (seen_at <= given.horizon_s)
+        planned = {"expected_detection_time_s": time_s, "detection_probability": ever}
         planned |= {"found_by_probability": found} if given.found_by_s else {}
-        certificate: dict[str, Any] = {
-            "gap": None if gap == np.inf else gap,
-            "particles": len(weight),
-        }
+        planned |= {"particles": len(weight)}
+        finite_gap = None if gap == np.inf else gap
+        certificate: dict[str, Any] = {"gap": finite_gap, "particles": len(weight)}
         for said, figures in ((self.planned, planned), (self.certificate, certificate)):
             for key, figure in figures.items():
                 off = said[key] != figure and abs(said[key] - figure) / max(1, figure)
