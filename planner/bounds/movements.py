@@ -80,21 +80,17 @@ def pieces_of(futures: Futures) -> Pieces:
     A particle that is somewhere for a moment only does not move there, and can be seen all the
     same.
     """
-    who = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
-    time_s, x_m, y_m = futures.time_s, futures.x_m, futures.y_m
-    last = np.diff(who, append=-1) != 0
-    moves = np.flatnonzero(~last & (np.diff(time_s, append=np.inf) > 0.0))
-    rests = np.flatnonzero(last & ~futures.gone[who])
-    moments = np.setdiff1d(np.arange(len(who)), np.concatenate([moves, moves + 1, rests]))
+    straight, particle = futures.pieces, futures.particle
+    moves = np.flatnonzero((straight.to_s > straight.from_s) & (straight.to_s < np.inf))
+    rests = np.flatnonzero(straight.to_s == np.inf)
+    moments = np.setdiff1d(np.arange(len(particle)), np.concatenate([moves, moves + 1, rests]))
     places = np.concatenate([moves, rests, moments])
-    lasts_s = time_s[moves + 1] - time_s[moves]
-    at_rest = np.zeros(len(rests) + len(moments))
     motion = Motion(
-        from_s=time_s[places],
-        to_s=np.concatenate([time_s[moves + 1], np.full(len(rests), np.inf), time_s[moments]]),
-        x_m=x_m[places],
-        y_m=y_m[places],
-        vx_mps=np.concatenate([(x_m[moves + 1] - x_m[moves]) / lasts_s, at_rest]),
-        vy_mps=np.concatenate([(y_m[moves + 1] - y_m[moves]) / lasts_s, at_rest]),
+        from_s=straight.from_s[places],
+        to_s=straight.to_s[places],
+        x_m=straight.x_m[places],
+        y_m=straight.y_m[places],
+        vx_mps=straight.vx_mps[places],
+        vy_mps=straight.vy_mps[places],
     )
-    return Pieces(motion, who[places].astype(np.int64))
+    return Pieces(motion, particle[places].astype(np.int64))

@@ -131,8 +131,8 @@ def enumerate_orders(problem: Problem) -> OrderValues:
     case = _case(problem)
     states = _states(problem, case, roads + 1)
     alike = np.array([number_of_orders(roads - flown) for flown in range(roads + 1)])
-    costs = np.empty((2 * roads, alike[1]))
-    for first in range(2 * roads):
+    costs = np.empty((len(problem.legs), alike[1]))
+    for first in range(len(problem.legs)):
         fly_orders(case, states, first, alike, costs[first])
     return OrderValues(roads, np.asarray(_own_figure(problem, costs.ravel())))
 

@@ -5,6 +5,7 @@ from collections import deque
 import numpy as np
 
 from planner.errors import NotApplicableError
+from planner.flight.legs import Legs
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import find_cycle, sources
 from planner.search.plan import plan_of_legs
@@ -24,7 +25,7 @@ def exhaustive(problem: Problem, *, budget: Budget, rng: np.random.Generator) ->
         If the network has a cycle, which is named.
     """
     order = topological_search(problem.network)
-    return SearchResult(plan_of_legs(problem, "exhaustive", [2 * road for road in order]))
+    return SearchResult(plan_of_legs(problem, "exhaustive", [Legs.along(road) for road in order]))
 
 
 def breadth_first(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
@@ -34,7 +35,9 @@ def breadth_first(problem: Problem, *, budget: Budget, rng: np.random.Generator)
     behind it (Section 3).
     """
     order = breadth_first_search(problem.network)
-    return SearchResult(plan_of_legs(problem, "breadth-first", [2 * road for road in order]))
+    return SearchResult(
+        plan_of_legs(problem, "breadth-first", [Legs.along(road) for road in order])
+    )
 
 
 def topological_search(network: RoadNetwork) -> list[int]:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.arrays import Ints
+from planner.flight.legs import Legs
 from planner.search.exhaustive import topological_search
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -191,7 +192,7 @@ def _last_leg(
     flown = layer.sets[row]
     for road in np.flatnonzero(((flown & ground.bit) != 0).any(axis=1)).tolist():
         ends = (int(ground.road_from[road]), int(ground.road_to[road]))
-        for leg, (start, end) in ((2 * road, ends), (2 * road + 1, ends[::-1])):
+        for leg, (start, end) in zip(Legs.both(road), (ends, ends[::-1]), strict=True):
             if end != place:
                 continue
             for less in np.flatnonzero((earlier.sets == flown ^ ground.bit[road]).all(axis=1)):

@@ -11,6 +11,7 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets
 from planner.errors import NotApplicableError
+from planner.flight.legs import Legs
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
@@ -45,7 +46,7 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
     routing.SetArcCostEvaluatorOfAllVehicles(flight)
     routing.AddDimension(flight, 0, _most_ticks(problem), True, "time")
     for road, share in enumerate(worth.tolist()):
-        both = [index[1 + 2 * road], index[2 + 2 * road]]
+        both = [index[1 + leg] for leg in Legs.both(road)]  # place 0 is the take-off
         routing.AddDisjunction(both, int(share * WORTH))
     rules: Any = pywrapcp.DefaultRoutingSearchParameters()
     rules.first_solution_strategy = routing_enums_pb2.FirstSolutionStrategy.PATH_CHEAPEST_ARC

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.flight.legs import Legs
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
@@ -10,5 +11,6 @@ from planner.search.result import SearchResult
 def random(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the plan that flies random roads, each at most once, in random directions."""
     roads = rng.permutation(len(problem.network.road_ids))[: budget.roads]
-    legs = 2 * roads + rng.integers(0, 2, size=len(roads))
-    return SearchResult(plan_of_legs(problem, "random", legs.tolist()))
+    against = rng.integers(0, 2, size=len(roads))
+    legs = [Legs.both(int(road))[way] for road, way in zip(roads, against, strict=True)]
+    return SearchResult(plan_of_legs(problem, "random", legs))

@@ -32,7 +32,7 @@ def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
 
 
 def rate_order(engine: WhatIf) -> tuple[int, ...]:
-    """Return the legs that ``rate`` flies before its tail."""
+    """Return the legs that ``rate`` flies before its patrol."""
     return stepwise(engine, engine.problem.first_state, fastest_gain).order
 
 

@@ -13,6 +13,7 @@ from planner.flight.uav import Uav
 from planner.search.beam import Beam, RewardToGo, beam, beam_order
 from planner.search.best import best
 from planner.search.exact import best_order
+from planner.search.kernels.beam import pack, unpack
 from planner.search.lns import lns, polished
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -53,6 +54,16 @@ def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
             longer = [*order, leg]
             if len(plan_of_legs(problem, "", longer).legs[0]) == len(longer):
                 yield from orders(problem, longer)
+
+
+@pytest.mark.parametrize("particles", [0, 1, 7, 8, 9, 100])
+def test_what_is_unseen_fits_into_bits(particles: int) -> None:
+    miss = (np.random.default_rng(particles).random(particles) < 0.5).astype(float)
+    mask, again = np.full((particles + 7) // 8, 255, np.uint8), np.full(particles, np.nan)
+    pack(miss, mask)
+    np.testing.assert_array_equal(mask, np.packbits(miss > 0.0, bitorder="little"))
+    unpack(mask, again)
+    np.testing.assert_array_equal(again, miss)
 
 
 @pytest.mark.parametrize("by_s", [None, 520.0])

@@ -76,6 +76,28 @@ def test_asks_only_for_the_legs_and_particles_named() -> None:
         assert (some.start_s[i], some.end_s[i]) == (everything.start_s[leg], everything.end_s[leg])
 
 
+@pytest.mark.parametrize("by_s", [None, 700.0])
+@pytest.mark.parametrize("seed", range(6))
+def test_scores_are_the_sums_of_what_is_seen(seed: int, by_s: float | None) -> None:
+    """A particle counts as far as it is still unseen; one that is seen for certain not at all."""
+    problem = random_problem(seed)
+    problem = problem.replace(objective=Objective(problem.horizon_s, by_s))
+    engine, rng = WhatIf(problem), np.random.default_rng(seed)
+    legs = np.arange(len(problem.legs), dtype=np.int32)
+    for _ in range(4):
+        state = random_state(problem, rng)
+        miss = np.where(rng.random(len(state.miss)) < 0.5, state.miss, rng.random(len(state.miss)))
+        for asked in (None, miss):
+            unseen = problem.futures.weight * (state.miss if asked is None else asked)
+            flights = engine.fly(state, legs, miss=asked)
+            scores = engine.score(state, legs, miss=asked)
+            assert (unseen[flights.particle] > 0.0).all()
+            earned = unseen[flights.particle] * problem.objective.reward(flights.seen_at)
+            assert scores.reward == pytest.approx(flights.per_flight(earned))
+            assert scores.seen == pytest.approx(flights.per_flight(unseen[flights.particle]))
+            np.testing.assert_array_equal(scores.end_s, flights.end_s)
+
+
 def test_sums_and_choices_per_flight() -> None:
     flights = Sightings(
         leg=np.array([4, 6, 8], dtype=np.int32),

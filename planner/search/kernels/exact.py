@@ -313,7 +313,7 @@ def search(
     best
         The mean cost of ``tree.best``.
     steps
-        After so many prefixes it pauses, to go on where it stood when called again.
+        After this many prefixes it pauses; called again, it goes on from there.
 
     Returns
     -------
