@@ -45,7 +45,9 @@ from .search.plan import plan_of_legs as plan_of_legs
 from .search.problem import Budget as Budget
 from .search.problem import Problem as Problem
 from .search.problem import candidate_legs as candidate_legs
+from .search.result import SearchLog as SearchLog
 from .search.result import SearchResult as SearchResult
+from .search.result import TracePoint as TracePoint
 from .search.state import SearchState as SearchState
 from .search.stop import AnyOf as AnyOf
 from .search.stop import Asked as Asked

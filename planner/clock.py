@@ -4,7 +4,7 @@ import datetime
 import re
 
 from planner.errors import InputError
-from planner.messages import shown
+from planner.messages import as_written
 
 
 def seconds(value: object) -> float:
@@ -25,7 +25,9 @@ def seconds(value: object) -> float:
             return int(parts[1]) * 3600.0 + int(parts[2]) * 60.0 + float(parts[3])
         if re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", value.strip()):
             return float(value)
-    raise InputError(f'should be seconds or "H:M:S", not {shown(value)}; write 5400 or "1:30:00"')
+    raise InputError(
+        f'should be seconds or "H:M:S", not {as_written(value)}; write 5400 or "1:30:00"'
+    )
 
 
 def clock(time_s: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 LONGEST = 60  # characters of a value that a message shows
 
 
-def shown(value: Any) -> str:
+def as_written(value: Any) -> str:
     """Return a value as a message shows it: as the scenario file writes it, and not too long."""
     if isinstance(value, float):
         text = f"{value:.10g}"

@@ -314,8 +314,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         if wanted.json:
             rows = [{"section": at, **asdict(one), "median": one.median} for at, one in figures]
             with written_whole(wanted.json) as path:
-                told = {"machine": host, "figures": rows}
-                path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+                content = {"machine": host, "figures": rows}
+                path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     except PlannerError as error:
         print(f"benchmark: {error}", file=sys.stderr)
         raise SystemExit(2) from error

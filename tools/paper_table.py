@@ -39,6 +39,7 @@ runs read them from the cache.
 
 U0_KM = (0, 60, 120, 180, 300, 500, 700)
 SETTING = ("sensor.radius_m=500", "uav.take_off_s=0", "search.depth=16", "search.horizon_s=10000")
+# The reference values are means of a throw-away program without SUMO that this one replaced.
 REFERENCE_TARGETS = 20_000  # what the reference values were evaluated on
 REFERENCE_SEEDS = 10
 ROUNDING_S = 0.5  # reference values are whole seconds

@@ -20,7 +20,7 @@ from planner.belief.routes import (
 )
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.errors import InputError
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 from planner.network.road_network import RoadNetwork
 from planner.scenario.values import FASTEST_MPS
 
@@ -100,12 +100,13 @@ def predefined(
     length_m = network.edge_length_m[edges[0]]
     if not 0 <= offset_m <= length_m:
         raise InputError(
-            f"target offset {shown(offset_m)}: is not on {route[0]}; "
-            f"give 0 to {shown(float(length_m))} m"
+            f"target offset {as_written(offset_m)}: is not on {route[0]}; "
+            f"give 0 to {as_written(float(length_m))} m"
         )
     if not 0 < speed_mps <= FASTEST_MPS:
         raise InputError(
-            f"target speed {shown(speed_mps)}: give a speed above 0 and up to {FASTEST_MPS:g} m/s"
+            f"target speed {as_written(speed_mps)}: "
+            f"give a speed above 0 and up to {FASTEST_MPS:g} m/s"
         )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from planner.belief.prior import TurnTable
 from planner.errors import InputError
-from planner.messages import shown
+from planner.messages import as_written
 
 
 def read_turns(path: Path) -> TurnTable:
@@ -49,6 +49,6 @@ def _probability(path: Path, turn: str, text: str | None) -> float:
     except ValueError:
         probability = math.nan
     if not 0 <= probability < math.inf:
-        what = "no probability" if text is None else f"probability {shown(text)}"
+        what = "no probability" if text is None else f"probability {as_written(text)}"
         raise InputError(f"{path}: the turn from {turn} has {what}; give a number from 0 to 1")
     return probability

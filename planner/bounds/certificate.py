@@ -13,6 +13,7 @@ from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.detection.evaluate import evaluate
 from planner.detection.kernels.closest_approach import first_in_reach
+from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.progress import Progress, silent
 from planner.search.problem import Problem
@@ -63,8 +64,10 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     Raises
     ------
     NotApplicableError
-        If the net is too large for the bound on road plans.
+        If the net is too large for the bound on road plans, or the search has begun already.
     """
+    if problem.start is not None:
+        raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
     objective, movements = problem.objective, Movements(problem)
     seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight

@@ -59,7 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Bound how much better than a run's plan any plan can be, and write the proof beside it."""
+    """Bound the gap between a run's plan and the best possible one; write the proof beside it."""
     from planner.cli.session import new_files, planning_recorded
     from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan

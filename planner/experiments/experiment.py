@@ -10,7 +10,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.experiments.condition import Condition, toml_text
 from planner.experiments.target_set import TargetSet
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 from planner.scenario.draft import read_draft
 from planner.search.methods import METHODS
 
@@ -76,7 +76,7 @@ class Experiment:
                 raise InputError(f"--only {choice}: no factor {key!r}; {suggestion(key, known)}")
             found = [level for level in offered if _is(level, text)]
             if not found:
-                remedy = suggestion(text, map(shown, offered))
+                remedy = suggestion(text, map(as_written, offered))
                 raise InputError(f"--only {choice}: is not among the levels; {remedy}")
             wanted.setdefault(key, []).extend(found)
         kept = [part for part in (one._only(wanted) for one in self.parts) if part is not None]

@@ -13,7 +13,7 @@ from planner.experiments.results import METRICS
 from planner.experiments.run_condition import NO_STUDIES, Studies
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 from planner.mission.recorder import FRESH_TARGETS
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import TargetSection
@@ -131,12 +131,14 @@ def _metrics(path: Path, table: Table, study: str) -> tuple[str, ...]:
     if not isinstance(names, list) or not names:
         remedy = f'write metrics = ["{METRICS[0]}"]'
         raise InputError(
-            f"{path}: metrics: should be a list of names, not {shown(names)}; {remedy}"
+            f"{path}: metrics: should be a list of names, not {as_written(names)}; {remedy}"
         )
     for name in names:
         if name not in METRICS:
             remedy = suggestion(str(name), METRICS)
-            raise InputError(f"{path}: metrics: {shown(name)} is no figure of the table; {remedy}")
+            raise InputError(
+                f"{path}: metrics: {as_written(name)} is no figure of the table; {remedy}"
+            )
     return tuple(names)
 
 
@@ -181,14 +183,14 @@ def _sets(path: Path, table: Any) -> tuple[TargetSet, ...]:
 def _set(path: Path, name: str, keys: Any) -> TargetSet:
     within = f"sets.{name}"
     if not isinstance(keys, dict):
-        raise InputError(f"{path}: {within}: should be a table, not {shown(keys)}")
+        raise InputError(f"{path}: {within}: should be a table, not {as_written(keys)}")
     own = ("route", "points", "parks", "detects", "by_route")
     truth = tuple(TargetSection.model_fields)
     _refuse_unknown(path, f"{within}.", keys, (*own, *truth))
     detects = keys.get("detects", 1.0)
     if not isinstance(detects, float | int) or not 0 < detects <= 1:
         raise InputError(
-            f"{path}: {within}.detects: should not be {shown(detects)}; "
+            f"{path}: {within}.detects: should not be {as_written(detects)}; "
             "give a probability above 0 and at most 1"
         )
     of_truth = {f"truth.{key}": value for key, value in keys.items() if key in truth}
@@ -206,7 +208,9 @@ def _set(path: Path, name: str, keys: Any) -> TargetSet:
 def _flag(path: Path, within: str, table: Table, key: str) -> bool:
     value = table.get(key, False)
     if not isinstance(value, bool):
-        raise InputError(f"{path}: {within}.{key}: should be true or false, not {shown(value)}")
+        raise InputError(
+            f"{path}: {within}.{key}: should be true or false, not {as_written(value)}"
+        )
     return value
 
 
@@ -215,7 +219,7 @@ def _text(path: Path, table: Table, key: str, *, default: str | None = None) -> 
     if value is None:
         raise InputError(f"{path}: {key}: is missing; give its name in quotes")
     if not isinstance(value, str) or not value:
-        raise InputError(f"{path}: {key}: should be text in quotes, not {shown(value)}")
+        raise InputError(f"{path}: {key}: should be text in quotes, not {as_written(value)}")
     return value
 
 
@@ -223,7 +227,7 @@ def _number(path: Path, table: Table, key: str, *, default: int, least: int = 1)
     value = table.get(key, default)
     if type(value) is not int or value < least:
         remedy = f"give a whole number from {least} on"
-        raise InputError(f"{path}: {key}: should not be {shown(value)}; {remedy}")
+        raise InputError(f"{path}: {key}: should not be {as_written(value)}; {remedy}")
     return value
 
 
@@ -231,7 +235,7 @@ def _table(path: Path, table: Table, key: str) -> Table:
     found = table.get(key, {})
     if not isinstance(found, dict):
         remedy = f'write [{key}] and below it "dotted.key" = ...'
-        raise InputError(f"{path}: {key}: should be a table, not {shown(found)}; {remedy}")
+        raise InputError(f"{path}: {key}: should be a table, not {as_written(found)}; {remedy}")
     return found
 
 
@@ -260,10 +264,10 @@ def _fault_of(key: str, levels: Any) -> str | None:
         whole = f'"{key}.{next(iter(levels), "key")}"'
         return f"should be a list of levels; write the whole key in quotes, as {whole} = [...]"
     if not isinstance(levels, list) or not levels:
-        return f"should be a list of levels, not {shown(levels)}; write {key} = [level, level]"
+        return f"should be a list of levels, not {as_written(levels)}; write {key} = [level, level]"
     for index, level in enumerate(levels):
         if level in levels[:index]:
-            return f"names the level {shown(level)} more than once; name it once"
+            return f"names the level {as_written(level)} more than once; name it once"
         try:
             toml_text(level)
             if key == METHOD:

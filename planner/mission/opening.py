@@ -9,7 +9,7 @@ from planner.belief.distribution import distribution
 from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import faults_of_fields
@@ -175,8 +175,8 @@ def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> I
         edge = min(short, key=lambda edge: float(network.edge_length_m[edge]))
         yield Fault(
             f"{key}.distance_m",
-            f"reaches to {shown(high_m)} m, but {network.edge_ids[edge]} is "
-            f"{shown(float(network.edge_length_m[edge]))} m long; stay within the start edges",
+            f"reaches to {as_written(high_m)} m, but {network.edge_ids[edge]} is "
+            f"{as_written(float(network.edge_length_m[edge]))} m long; stay within the start edges",
         )
 
 
@@ -196,8 +196,9 @@ def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
         if away_s > uav.max_flight_time_s:
             yield Fault(
                 "uav.return_to",
-                f"lies {shown(round(away_s, 1))} s of flight from the start, but "
-                f"uav.max_flight_time_s is {shown(uav.max_flight_time_s)}; choose a nearer place",
+                f"lies {as_written(round(away_s, 1))} s of flight from the start, but "
+                f"uav.max_flight_time_s is {as_written(uav.max_flight_time_s)}; "
+                "choose a nearer place",
             )
 
 

@@ -26,7 +26,7 @@ class StoredPlan:
     """A plan read back, with the sensor and the objective it was made for."""
 
     plan: Plan
-    sensor: Sensor
+    sensor: Sensor  # its radius; when it is on stands in the tracks
     objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
 

@@ -53,6 +53,7 @@ class Recorder:
         """Return the particles on which methods choose between plans."""
         search = self.opened.scenario.search
         many = HOLDOUT_FACTOR * search.particles
+        # The stream keeps the first name of these: another one would change what is drawn.
         return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
 
     def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:

@@ -4,7 +4,7 @@ from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
 from planner.errors import Fault
-from planner.messages import shown
+from planner.messages import as_written
 from planner.scenario.sections import (
     NetworkSection,
     SearchSection,
@@ -79,8 +79,8 @@ def horizon_faults(
     if search.horizon_s <= take_off_s:
         yield Fault(
             "search.horizon_s",
-            f"{shown(search.horizon_s)} is not after take-off at "
-            f"{shown(take_off_s)} s (target.last_seen_ago_s + uav.take_off_s + "
+            f"{as_written(search.horizon_s)} is not after take-off at "
+            f"{as_written(take_off_s)} s (target.last_seen_ago_s + uav.take_off_s + "
             "search.planning_time_s); choose a later horizon",
         )
     elif search.objective == "probability" and search.by_s is None:
@@ -89,8 +89,8 @@ def horizon_faults(
     elif search.by_s is not None and not take_off_s < search.by_s <= search.horizon_s:
         yield Fault(
             "search.by_s",
-            f"{shown(search.by_s)} is not between take-off at {shown(take_off_s)} s "
-            f"and the horizon, {shown(search.horizon_s)} s; choose a time in between",
+            f"{as_written(search.by_s)} is not between take-off at {as_written(take_off_s)} s "
+            f"and the horizon, {as_written(search.horizon_s)} s; choose a time in between",
         )
 
 
@@ -120,8 +120,9 @@ def slow_uav_warning(uav: UavSection, fastest_mps: float) -> str | None:
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (
-        f"uav.speed_mps: {shown(uav.speed_mps)} m/s is less than {MUCH_FASTER:g} times the "
-        f"fastest target ({shown(fastest_mps)} m/s); the method assumes a UAV that is much faster"
+        f"uav.speed_mps: {as_written(uav.speed_mps)} m/s is less than {MUCH_FASTER:g} times the "
+        f"fastest target ({as_written(fastest_mps)} m/s); "
+        "the method assumes a UAV that is much faster"
     )
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import Fault, ScenarioError
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 from planner.scenario import checks
 from planner.scenario.faults import faults_of
 from planner.scenario.sections import (
@@ -135,7 +135,7 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
     tables = {key: source.tables.get(key, {}) for key in SECTIONS}
     title = source.tables.get("title", "")
     if not isinstance(title, str):
-        text = f"should be text in quotes, not {shown(title)}; give one line"
+        text = f"should be text in quotes, not {as_written(title)}; give one line"
         faults.append(Fault("title", text))
     known = [*SECTIONS, "title"]
     unknown = [key for key in source.tables if key not in known]
@@ -145,7 +145,7 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
     ]
     truth = tables["truth"]
     if not isinstance(truth, dict):
-        text = f"should be a table, not {shown(truth)}; give keys as in [target]"
+        text = f"should be a table, not {as_written(truth)}; give keys as in [target]"
         faults.append(Fault("truth", text))
         truth = {}
     known_of_target = tables["target"] if isinstance(tables["target"], dict) else {}

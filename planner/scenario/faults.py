@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from planner.errors import Fault
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 
 # What the checks of a single value report, by the name of the check.
 SHOULD = {
@@ -71,7 +71,7 @@ def _what(error: Mapping[str, Any], model: type) -> str:
         return str(context["error"])
     otherwise = "one of these" if error["loc"] else "its keys one by one"
     what = SHOULD.get(kind, error["msg"].replace("Input ", "")).format_map(context)
-    return f"{what}, not {shown(error['input'])}; give {remedy or otherwise}"
+    return f"{what}, not {as_written(error['input'])}; give {remedy or otherwise}"
 
 
 def _known(model: type, place: Sequence[str | int]) -> tuple[list[str], str]:

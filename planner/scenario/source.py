@@ -13,7 +13,7 @@ from typing import Any
 
 from planner.errors import Fault, InputError
 from planner.files import shipped, shipped_names
-from planner.messages import shown, suggestion
+from planner.messages import as_written, suggestion
 
 FILE = "scenario.toml"
 BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
@@ -92,7 +92,7 @@ def read_source(
     presets = tables.pop("presets", {})
     faults: list[Fault] = []
     if not isinstance(presets, dict):
-        text = f"should be tables, not {shown(presets)}; write [presets.NAME]"
+        text = f"should be tables, not {as_written(presets)}; write [presets.NAME]"
         faults.append(Fault("presets", text))
         presets = {}
     if preset is not None:
@@ -161,7 +161,7 @@ def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
         value = _value(text)
     except tomllib.TOMLDecodeError as error:
         reason = str(error).partition(" (at ")[0]
-        what = f"{shown(text)} is not a TOML value ({reason}); quote it if it is text"
+        what = f"{as_written(text)} is not a TOML value ({reason}); quote it if it is text"
         faults.append(Fault(key, what))
         return
     _set(tables, key, value, faults)
@@ -191,7 +191,7 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
             within = ".".join(parents[: depth + 1])
-            text = f"{within} is {shown(table)}, not a table; set {within} as a whole"
+            text = f"{within} is {as_written(table)}, not a table; set {within} as a whole"
             faults.append(Fault(key, text))
             return
     table[last] = value

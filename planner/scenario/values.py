@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from planner.clock import seconds
-from planner.messages import shown
+from planner.messages import as_written
 
 LONGEST_S = 1e9  # thirty years
 FASTEST_MPS = 1000.0  # nothing on a road is as fast
@@ -44,10 +44,12 @@ def probability_fault(probabilities: Sequence[float]) -> str | None:
     """Return what is wrong with probabilities that should sum to one, or None."""
     negative = [p for p in probabilities if p < 0]
     if negative:
-        return f"the probability {shown(negative[0])} is negative; give numbers from 0 to 1"
+        return f"the probability {as_written(negative[0])} is negative; give numbers from 0 to 1"
     total = math.fsum(probabilities)
     if abs(total - 1) > SUM_TOLERANCE:
-        return f"the probabilities sum to {shown(total)}, not to one; change them until they do"
+        return (
+            f"the probabilities sum to {as_written(total)}, not to one; change them until they do"
+        )
     return None
 
 
@@ -168,7 +170,7 @@ def _range_fault(section: DistributionSection) -> str | None:
     low, high, normal = section.low, section.high, section.normal
     if not low < high:
         return (
-            f"low {shown(low)} is not below high {shown(high)}; "
+            f"low {as_written(low)} is not below high {as_written(high)}; "
             "write the lower one first, or { constant = x } for a single value"
         )
     if section.probabilities is not None:
@@ -207,17 +209,18 @@ def _equal(edges: Any) -> Any:
 
 def _above_zero(speeds: DistributionSection) -> DistributionSection:
     if speeds.low <= 0:
-        raise ValueError(f"reaches down to {shown(speeds.low)} m/s; give speeds above 0")
+        raise ValueError(f"reaches down to {as_written(speeds.low)} m/s; give speeds above 0")
     if speeds.high > FASTEST_MPS:
         raise ValueError(
-            f"reaches up to {shown(speeds.high)} m/s; give speeds up to {shown(FASTEST_MPS)}"
+            f"reaches up to {as_written(speeds.high)} m/s; "
+            f"give speeds up to {as_written(FASTEST_MPS)}"
         )
     return speeds
 
 
 def _from_zero(distances: DistributionSection) -> DistributionSection:
     if distances.low < 0:
-        raise ValueError(f"reaches down to {shown(distances.low)} m; give distances from 0 on")
+        raise ValueError(f"reaches down to {as_written(distances.low)} m; give distances from 0 on")
     return distances
 
 

@@ -90,12 +90,12 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     goes on after its end.
     """
     engine, log = WhatIf(problem), SearchLog(problem, budget)
-    outlook = RewardToGo.of(problem, rate_order(engine))
+    reward_to_go = RewardToGo.of(problem, rate_order(engine))
     width = max(1, budget.work // FLIGHTS_PER_WIDTH)
     beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
     orders, done = [], 0
     for one in beams:
-        order, work = beam_order(engine, one, outlook, stop=log.stop)
+        order, work = beam_order(engine, one, reward_to_go, stop=log.stop)
         orders.append(order)
         done += work
     plans = [
@@ -122,7 +122,7 @@ def holdout_value(problem: Problem, plan: Plan) -> float:
 def beam_order(
     engine: WhatIf,
     beam: Beam,
-    outlook: RewardToGo,
+    reward_to_go: RewardToGo,
     *,
     start: SearchState | None = None,
     stop: Callable[[], bool] = bool,
@@ -140,7 +140,7 @@ def beam_order(
     """
     problem = engine.problem
     start = start or problem.first_state
-    to_go = ToGo(outlook.brings, outlook.first_s, outlook.step_s)
+    to_go = ToGo(reward_to_go.brings, reward_to_go.first_s, reward_to_go.step_s)
     states, flown = _first_states(engine, beam, start, to_go)
     setting = _setting(engine, beam.reach_m)
     for number in range(len(states.heads)):

@@ -103,9 +103,9 @@ def _orders(
     growth, before, spent = 1, 0, 1
     # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
-        outlook, before, spent = RewardToGo.of(problem, order), spent, 0
+        reward_to_go, before, spent = RewardToGo.of(problem, order), spent, 0
         for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
-            order, work = beam_order(engine, beam, outlook, stop=log.stop)
+            order, work = beam_order(engine, beam, reward_to_go, stop=log.stop)
             spent += work
             yield order, work
         share = max(1, int(POLISH * spent))

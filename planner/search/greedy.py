@@ -42,7 +42,7 @@ def greedy(
     Raises
     ------
     NotApplicableError
-        If particles shall be drawn anew and nobody can.
+        If particles are to be drawn anew and no `resample` is given.
     """
     options = options or GreedyOptions()
     state = problem.first_state  # line 1: best_path is empty
@@ -106,7 +106,7 @@ def _arg_min(
     What the particles cost that a flight does not see is the same for all flights; so they are
     compared by what their sightings take off the sum, without the rounding of the sum.
     """
-    weight = problem.futures.weight[flights.particle]
+    weight = problem.weight_at_start[flights.particle]
     before = state.seen_at[flights.particle]
     objective = problem.objective
     if options.miss == "infinity":

@@ -11,7 +11,7 @@ from planner.search.problem import Directions
 
 @dataclass(frozen=True)
 class GreedyOptions:
-    """How the printed pseudo-code is read.
+    """How the printed pseudo-code is interpreted.
 
     Attributes
     ----------

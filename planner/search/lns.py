@@ -56,8 +56,8 @@ def polished(
         cut = int(rng.integers(len(order)))
         reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
         beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
-        outlook = RewardToGo.of(engine.problem, order)
-        rest, flights = beam_order(engine, beam, outlook, start=states[cut], stop=stop)
+        reward_to_go = RewardToGo.of(engine.problem, order)
+        rest, flights = beam_order(engine, beam, reward_to_go, start=states[cut], stop=stop)
         done += REPAIR + flights
         repaired = [*order[:cut], *rest]
         after = _states(engine, rest, states[cut])
@@ -82,4 +82,4 @@ def _states(
 
 def _reward(engine: WhatIf, state: SearchState) -> float:
     problem = engine.problem
-    return float(problem.futures.weight @ problem.objective.reward(state.seen_at))
+    return float(problem.weight_at_start @ problem.objective.reward(state.seen_at))

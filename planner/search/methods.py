@@ -19,7 +19,7 @@ class Planner(Protocol):
     def __call__(
         self, problem: "Problem", *, budget: "Budget", rng: "np.random.Generator"
     ) -> "SearchResult":
-        """Return the plan and what it took; the planner says which of the budget bounds it."""
+        """Return the plan and what it took; each planner documents which limits apply."""
 
 
 @dataclass(frozen=True)
@@ -124,18 +124,18 @@ def _exact() -> Planner:
 METHODS = (
     Method(
         "best",
-        "ever wider beams, polished, the best of all chosen",
+        "exact on up to seven roads, else ever wider beams, polished",
         True,
         _best,
         chooses=True,
         moves_freely=True,
         stops=True,
     ),
-    Method("beam", "many road orders side by side", True, _beam, chooses=True, stops=True),
-    Method("lns", "rate's order, cut and repaired again and again", True, _lns, stops=True),
+    Method("beam", "grows many road orders in parallel", True, _beam, chooses=True, stops=True),
+    Method("lns", "repeatedly cuts and repairs the order of rate", True, _lns, stops=True),
     Method(
         "anneal-waypoints",
-        "the beam's plan, freed of the roads",
+        "starts from the beam's plan and leaves the roads",
         True,
         _anneal_waypoints,
         chooses=True,

@@ -24,16 +24,16 @@ Directions = Literal["own", "both", "nearest end"]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One planning problem: where one UAV shall fly. A variant of it is a copy (``replace``)."""
+    """One planning problem: where to fly one UAV. Copy it with ``replace`` to vary it."""
 
     network: RoadNetwork
     futures: Futures
     uav: Uav
     sensor: Sensor
     objective: Objective
-    holdout: Futures | None = None  # other particles, on which plans are chosen between
+    holdout: Futures | None = None  # other particles to choose plans on; none may be seen yet
     start: SearchState | None = None  # where the search stands; None: before take-off
-    flown: tuple[Track, ...] = ()  # flights of other UAVs that are decided
+    flown: tuple[Track, ...] = ()  # flights of others that are decided; no planner reads them yet
 
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
@@ -73,7 +73,7 @@ class Problem:
 class Budget:
     """How much a planner may do; in units of work, so that the same budget gives the same plan.
 
-    A unit of work is one leg flown in thought, or what takes about as long: some microseconds.
+    A unit of work is one simulated leg, or what takes about as long: some microseconds.
     """
 
     roads: int = 16  # at most so many legs in the plan ("depth")

@@ -21,7 +21,7 @@ class SearchResult:
     plan: Plan
     work: int | None = None  # units done; None: the planner counts none
     stopped: bool = False  # whether a rule ended it before its work was done
-    trace: tuple[TracePoint, ...] = ()  # rising work; values on the particles chosen on
+    trace: tuple[TracePoint, ...] = ()  # rising work; values on the particles searched on
 
 
 class SearchLog:
@@ -34,7 +34,7 @@ class SearchLog:
         self.trace: list[TracePoint] = []
 
     def stop(self) -> bool:
-        """Tell whether the search shall end now; once it shall, it always shall."""
+        """Return whether to stop now; once true, always true."""
         self.stopped = self.stopped or self._budget.stop(self.work or 0)
         return self.stopped
 

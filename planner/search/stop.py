@@ -7,7 +7,7 @@ from typing import Protocol
 
 
 class Stop(Protocol):
-    """A rule that says when a search shall end with the best it has so far."""
+    """A rule that says when a search should end with the best it has so far."""
 
     def __call__(self, work: int, /) -> bool:
         """Tell whether to end, after so many units of work."""

@@ -309,13 +309,13 @@ def main(argv: Sequence[str] | None = None) -> None:
             print(f"{name}: {note}")
     print(f"{host['cpu']}, {host['cores']} cores, load {host['load']:.1f} before; {host['system']}")
     if wanted.json:
-        told = {
+        content = {
             "machine": host,
             "cells": [asdict(one) for one in found],
             "checks": [asdict(one) | {"kept": one.kept} for one in held],
         }
         with written_whole(wanted.json) as path:
-            path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+            path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
