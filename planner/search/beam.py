@@ -45,6 +45,7 @@ from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
+NEAR_ROADS = 2.1  # tuned on grid5x5 alone
 FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
 
 
@@ -109,7 +110,7 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
 
 def near_m(problem: Problem) -> float:
     """Return how far a beam may fly to the start of a next road: two roads of usual length, m."""
-    return 2.1 * float(np.median(problem.network.road_length_m))
+    return NEAR_ROADS * float(np.median(problem.network.road_length_m))
 
 
 def holdout_value(problem: Problem, plan: Plan) -> float:

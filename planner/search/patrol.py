@@ -19,7 +19,8 @@ from planner.search.state import SearchState
 from planner.search.stepwise import after_flight, first_fastest, legs_ahead, rate_of, stepwise
 from planner.search.what_if import Sightings, WhatIf
 
-MISSED = 0.005  # on grid5x5, not tried on towns: of targets, by a plan that has seen all of a thousand particles
+# Of targets, by a plan that has seen all of a thousand particles; measured on grid5x5 alone.
+MISSED = 0.005
 
 
 def with_patrol(
