@@ -13,6 +13,8 @@ from typing import Any
 from planner.errors import OutputError
 from planner.interrupts import undone_if_stopped
 
+RECORD = "run.json"  # of a run's making; without it no folder is taken for a run
+
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
@@ -34,6 +36,7 @@ def written_whole(path: Path) -> Iterator[Path]:
             try:
                 yield temporary
                 temporary.chmod(0o666 & ~_umask())
+                _flush(temporary)
                 temporary.replace(path)
             finally:
                 temporary.unlink(missing_ok=True)
@@ -75,11 +78,39 @@ def results_written_whole(
             new = Path(temporary)
             with undone_if_stopped(partial(shutil.rmtree, new)):
                 yield new
-                files = sorted(new.iterdir())
-                for file in files:
-                    file.replace(folder / file.name)
-                for name in earlier - {file.name for file in files}:
-                    (folder / name).unlink()
+                _move_all(new, folder, earlier)
+
+
+def _move_all(new: Path, folder: Path, earlier: set[str]) -> None:
+    """Move all files of a folder into another one, and remove what an earlier run left there.
+
+    The record goes first and comes last: a folder with a record holds all that it tells of.
+
+    Raises
+    ------
+    OutputError
+        If another command has written there since ``earlier`` was looked up.
+    """
+    files = sorted(new.iterdir(), key=lambda file: (file.name == RECORD, file.name))
+    for file in files:
+        _flush(file)
+    meanwhile = {file.name for file in files if (folder / file.name).exists()} - earlier
+    if meanwhile:
+        raise OutputError(
+            f"{folder}: another command has written {min(meanwhile)} there; choose another folder"
+        )
+    if RECORD in earlier and any(file.name == RECORD for file in files):
+        (folder / RECORD).unlink()
+    for file in files:
+        file.replace(folder / file.name)
+    for name in earlier - {file.name for file in files}:
+        (folder / name).unlink()
+
+
+def _flush(path: Path) -> None:
+    """Have the system write a file to disk, so that its name never outlives its content."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 @contextmanager

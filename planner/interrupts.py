@@ -13,7 +13,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+HANGUP = (signal.SIGHUP,) if hasattr(signal, "SIGHUP") else ()  # a terminal that is closed
+SIGNALS = (signal.SIGINT, signal.SIGTERM, *HANGUP)
 FAREWELL = "planner: stopped; nothing is half-written\n"
 ASKED = "planner: taking the best plan so far; Ctrl-C again ends at once\n"
 TERMINAL = "\r\x1b[2K\x1b[?25h"  # clears a progress bar's line and shows the cursor again
@@ -52,7 +53,7 @@ def first_interrupt_asks() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def stopped_by_signals() -> Iterator[None]:
-    """Within the block, Ctrl-C and SIGTERM end the process: one line, exit code 128 + n.
+    """Within the block, Ctrl-C, SIGTERM and a closed terminal end the process: exit code 128 + n.
 
     Without effect outside of the main thread, the only one that receives signals.
     """

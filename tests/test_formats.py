@@ -45,7 +45,7 @@ def keys_in(content: Any) -> Iterator[str]:
 def columns_of(path: Path) -> set[str]:
     """The columns of a table, with the names of its metadata."""
     if path.suffix == ".csv":
-        with path.open(newline="") as file:
+        with path.open(encoding="utf-8", newline="") as file:
             return {*next(csv.reader(file))}
     schema = pyarrow.parquet.read_schema(path)
     return {*schema.names, *(key.decode() for key in schema.metadata or {})} - {"ARROW:schema"}

@@ -60,7 +60,7 @@ class Place:
 
     def log(self) -> list[str]:
         log = Path(self.environment["LOG"])
-        lines = log.read_text().splitlines() if log.exists() else []
+        lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
         log.unlink(missing_ok=True)
         return lines
 

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError
+from planner.files import RECORD
 from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.plan_file import StoredPlan, read_plan
 from planner.provenance import sha256_of_file, sha256_of_json
 
 # What `planner plan` and `planner fly` write; a certificate's files are named where it is written.
-PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", "run.json"
+PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
 

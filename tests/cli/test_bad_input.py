@@ -504,7 +504,8 @@ def alive(pids: set[int]) -> set[int]:
 
 
 @pytest.mark.parametrize(
-    ("jobs", "number"), [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM)]
+    ("jobs", "number"),
+    [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM), (1, signal.SIGHUP)],
 )
 def test_stopped_while_sumo_drives(tmp_path: Path, jobs: int, number: signal.Signals) -> None:
     output = tmp_path / "runs" / "one"
