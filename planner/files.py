@@ -65,7 +65,7 @@ def results_written_whole(
     ------
     OutputError
         If the folder holds another run, cannot be written, or the disk is full. The first two
-        are raised before the block begins.
+        are raised before the block begins; after it, if another command has written there since.
     """
     with _output_errors(folder):
         earlier = {name for name in names if (folder / name).exists()}
@@ -78,6 +78,12 @@ def results_written_whole(
             new = Path(temporary)
             with undone_if_stopped(partial(shutil.rmtree, new)):
                 yield new
+                meanwhile = {name for name in names if (folder / name).exists()} - earlier
+                if meanwhile and not force:
+                    raise OutputError(
+                        f"{folder}: another command has written {min(meanwhile)} there; "
+                        "choose another folder"
+                    )
                 _move_all(new, folder, earlier)
 
 
@@ -85,20 +91,10 @@ def _move_all(new: Path, folder: Path, earlier: set[str]) -> None:
     """Move all files of a folder into another one, and remove what an earlier run left there.
 
     The record goes first and comes last: a folder with a record holds all that it tells of.
-
-    Raises
-    ------
-    OutputError
-        If another command has written there since ``earlier`` was looked up.
     """
     files = sorted(new.iterdir(), key=lambda file: (file.name == RECORD, file.name))
     for file in files:
         _flush(file)
-    meanwhile = {file.name for file in files if (folder / file.name).exists()} - earlier
-    if meanwhile:
-        raise OutputError(
-            f"{folder}: another command has written {min(meanwhile)} there; choose another folder"
-        )
     if RECORD in earlier and any(file.name == RECORD for file in files):
         (folder / RECORD).unlink()
     for file in files:
