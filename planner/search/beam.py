@@ -5,7 +5,9 @@ at about the same time can. From each stretch of time only the most promising go
 reward so far, with what the particles still unseen at that time usually bring, is greatest.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -40,13 +42,20 @@ from planner.search.kernels.transits import bearings_of
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
+from planner.search.random_order import random
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.what_if import WhatIf
 
-NEAR_ROADS = 2.1  # tuned on grid5x5 alone
+# Tuned on grid5x5 alone, whose roads take 150 s to fly.
+NEAR_ROADS = 2.1
+BUCKET_S, ROADS_PER_BUCKET = 50.0, 0.5  # a bucket's length, and the most of it in usual roads
+STEPS_PER_BUCKET = 2  # of the reward to go
+BUCKETS = 200  # in which a beam keeps the width it is given; it is narrower where there are more
 FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
+
+RANDOM_ORDERS = 8  # that a beam has to beat
 
 
 @dataclass(frozen=True)
@@ -55,7 +64,7 @@ class Beam:
 
     width: int  # orders that go on from each stretch of time
     reach_m: float = 0.0  # longest flight to the start of the next road; 0: it starts here
-    bucket_s: float = 50.0  # length of a stretch of time
+    bucket_s: float = BUCKET_S  # length of a stretch of time
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +76,9 @@ class RewardToGo:
     step_s: float  # seconds from entry to entry
 
     @classmethod
-    def of(cls, problem: Problem, order: Sequence[int], *, step_s: float = 25.0) -> "RewardToGo":
+    def of(cls, problem: Problem, order: Sequence[int]) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
+        step_s = bucket_s(problem) / STEPS_PER_BUCKET
         flown = plan_of_legs(problem, "", order).tracks
         seen_at = evaluate(flown, problem.futures, problem.sensor, problem.objective).seen_at
         first_s = problem.first_state.time_s
@@ -84,21 +94,23 @@ class RewardToGo:
         return cls(share, float(first_s), step_s)
 
 
-def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
+def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the plan of the best of two beams, one along roads only, one with flights between.
 
-    The budget's work sets their width; the better one is chosen on the problem's holdout. A patrol
-    goes on after its end.
+    The budget's work sets their width. The order of `rate` and some random ones compete with them;
+    which is best, the problem's holdout says. A patrol goes on after its end.
     """
     engine, log = WhatIf(problem), SearchLog(problem, budget)
-    reward_to_go = RewardToGo.of(problem, rate_order(engine))
-    width = max(1, budget.work // FLIGHTS_PER_WIDTH)
-    beams = (Beam(width), Beam(max(1, width // 10), near_m(problem)))
-    orders, done = [], 0
+    by_rate = rate_order(engine)
+    reward_to_go, width = RewardToGo.of(problem, by_rate), budget.work // FLIGHTS_PER_WIDTH
+    beams = (beam_of(problem, width), beam_of(problem, width // 10, near_m(problem)))
+    orders: list[Sequence[int]] = []
+    done = 0
     for one in beams:
-        order, work = beam_order(engine, one, reward_to_go, stop=log.stop)
+        order, work = beam_order(engine, one, reward_to_go, stop=log.stop, most=budget.work - done)
         orders.append(order)
         done += work
+    orders += [by_rate, random_order(problem, budget, rng)]
     plans = [
         plan_of_legs(problem, "beam", with_patrol(problem, order, engine=engine))
         for order in orders
@@ -106,6 +118,32 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
     log.reached(holdout_value(problem, chosen), done)
     return log.result(chosen)
+
+
+def bucket_s(problem: Problem) -> float:
+    """Return the length of a beam's stretch of time, seconds: it fits the roads, if they are short.
+
+    Orders that end within a stretch never go on to one another, so it must not hold many roads.
+    """
+    return min(BUCKET_S, ROADS_PER_BUCKET * float(np.median(problem.legs.duration_s)))
+
+
+def beam_of(problem: Problem, width: int, reach_m: float = 0.0) -> Beam:
+    """Return a beam of that width; of a smaller one where short roads make for many buckets."""
+    lasts_s = bucket_s(problem)
+    buckets = (problem.objective.ends_s - problem.first_state.time_s) / lasts_s
+    return Beam(max(1, int(width / max(1.0, buckets / BUCKETS))), reach_m, lasts_s)
+
+
+def random_order(problem: Problem, budget: Budget, rng: np.random.Generator) -> tuple[int, ...]:
+    """Return the best of some random road orders; the first is what `random` would fly.
+
+    They are drawn by a copy of the stream, so that they shift no other draws.
+    """
+    own = deepcopy(rng)
+    plans = [random(problem, budget=budget, rng=own).plan for _ in range(RANDOM_ORDERS)]
+    (legs,) = max(plans, key=lambda plan: holdout_value(problem, plan)).legs
+    return tuple(leg.leg for leg in legs)
 
 
 def near_m(problem: Problem) -> float:
@@ -127,6 +165,7 @@ def beam_order(
     *,
     start: SearchState | None = None,
     stop: Callable[[], bool] = bool,
+    most: float = math.inf,
 ) -> tuple[list[int], int]:
     """Return the order with the greatest reward that a beam finds, and its what-if flights.
 
@@ -138,6 +177,8 @@ def beam_order(
         Where the orders start; before take-off if not given.
     stop
         Asked between stretches of time; once it says so, the best order so far is returned.
+    most
+        After how many what-if flights that is returned too.
     """
     problem = engine.problem
     start = start or problem.first_state
@@ -147,7 +188,7 @@ def beam_order(
     for number in range(len(states.heads)):
         if states.heads[number] < 0:
             continue
-        if stop():
+        if states.counts[FLIGHTS] >= most or stop():
             break
         bucket = Bucket(number, beam.width, start.time_s, beam.bucket_s)
         states = grow(bucket, states, setting, to_go, flown)

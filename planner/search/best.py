@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
-from planner.search.beam import Beam, RewardToGo, beam_order, holdout_value, near_m
+from planner.search.beam import RewardToGo, beam_of, beam_order, holdout_value, near_m, random_order
 from planner.search.exact import best_order
 from planner.search.lns import polished
 from planner.search.patrol import with_patrol
@@ -25,6 +25,7 @@ from planner.search.what_if import WhatIf
 
 FEW_ROADS = 7  # of which the best order is found for certain
 NARROW, NEAR, WIDER = 40, 4, 2  # widths of the first beams, along roads and between; growth
+LAST = 3  # times the budget that beams may take; the last one begins within it, and is the widest
 POLISH = 0.25  # share of a round's work that goes into polishing
 ROADS = 0.1  # share of all work that goes into orders of roads before the movement gets free
 
@@ -70,7 +71,7 @@ def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator)
     """Return the plan that does best on the holdout of those that the budget's work buys."""
     log = SearchLog(problem, budget)
     chosen, value, done = None, -np.inf, 0
-    for plan, work in _road_plans(problem, rng, log):
+    for plan, work in _road_plans(problem, budget, rng, log):
         done += work
         worth = holdout_value(problem, plan)
         if worth > value:
@@ -83,30 +84,33 @@ def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator)
 
 
 def _road_plans(
-    problem: Problem, rng: np.random.Generator, log: SearchLog
+    problem: Problem, budget: Budget, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Plan, int]]:
     """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
     engine = WhatIf(problem)
-    for order, work in _orders(engine, rng, log):
+    for order, work in _orders(engine, budget, rng, log):
         legs = with_patrol(problem, order, engine=engine)
         yield plan_of_legs(problem, "best", legs), work
 
 
 def _orders(
-    engine: WhatIf, rng: np.random.Generator, log: SearchLog
+    engine: WhatIf, budget: Budget, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Sequence[int], int]]:
     problem = engine.problem
     if len(problem.network.road_ids) <= FEW_ROADS:
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
     yield order, 0
-    growth, before, spent = 1, 0, 1
+    yield random_order(problem, budget, rng), 0
+    growth, before, spent, left = 1, 0, 1, LAST * budget.work
     # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
         reward_to_go, before, spent = RewardToGo.of(problem, order), spent, 0
-        for beam in (Beam(NEAR * growth, near_m(problem)), Beam(NARROW * growth)):
-            order, work = beam_order(engine, beam, reward_to_go, stop=log.stop)
+        near = beam_of(problem, NEAR * growth, near_m(problem))
+        for beam in (near, beam_of(problem, NARROW * growth)):
+            order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left)
             spent += work
+            left -= work
             yield order, work
         share = max(1, int(POLISH * spent))
         yield polished(engine, order, share, rng, stop=log.stop), share

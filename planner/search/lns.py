@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from planner.search.beam import Beam, RewardToGo, beam_order, near_m
+from planner.search.beam import BUCKET_S, Beam, RewardToGo, beam_order, bucket_s, near_m
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -52,12 +52,16 @@ def polished(
     """
     states = _states(engine, order)
     reward, done = _reward(engine, states[-1]), 0
+    stretch = bucket_s(engine.problem) / BUCKET_S
     while done < work and len(order) > 1 and not stop():
         cut = int(rng.integers(len(order)))
         reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
-        beam = Beam(int(rng.integers(*WIDTHS)), reach_m, float(rng.uniform(25.0, 100.0)))
+        width, lasts_s = int(rng.integers(*WIDTHS)), stretch * float(rng.uniform(25.0, 100.0))
+        beam = Beam(width, reach_m, lasts_s)
         reward_to_go = RewardToGo.of(engine.problem, order)
-        rest, flights = beam_order(engine, beam, reward_to_go, start=states[cut], stop=stop)
+        rest, flights = beam_order(
+            engine, beam, reward_to_go, start=states[cut], stop=stop, most=work - done
+        )
         done += REPAIR + flights
         repaired = [*order[:cut], *rest]
         after = _states(engine, rest, states[cut])

@@ -11,6 +11,7 @@ from planner.search.state import SearchState
 from planner.search.what_if import Sightings, WhatIf
 
 TIE = 1e-10  # of the most that can be earned; closer values are equal but for rounding
+MOST_FLIGHTS = 1_000_000  # what-if flights of one order: seconds, even if its legs take none
 
 Step = Callable[[WhatIf, SearchState], SearchState | None]
 
@@ -18,15 +19,17 @@ Step = Callable[[WhatIf, SearchState], SearchState | None]
 def stepwise(engine: WhatIf, state: SearchState, step: Step) -> SearchState:
     """Return the state in which a search ends that is made step by step.
 
-    It goes on until no sighting is worth anything any more.
+    It goes on until no sighting is worth anything any more, or until so many legs were tried that
+    the order would never end: roads of metres, a horizon of days.
 
     Parameters
     ----------
     step
         Returns the state after one leg or more; None where there is nothing left to do.
     """
-    ends_s = engine.problem.objective.ends_s
-    while state.time_s < ends_s:
+    problem = engine.problem
+    most_legs = len(state.order) + max(1, MOST_FLIGHTS // max(1, len(problem.legs)))
+    while state.time_s < problem.objective.ends_s and len(state.order) < most_legs:
         after = step(engine, state)
         if after is None:
             break

@@ -16,10 +16,13 @@ from planner.errors import InputError, NotApplicableError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+from planner.futures.futures import Futures
+from planner.search.beam import holdout_value
 from planner.search.methods import METHODS, Method, method_named
 from planner.search.problem import Budget, Problem
+from planner.search.stepwise import MOST_FLIGHTS
 from support.grid_instance import grid_futures
-from support.instances import by_two_letters, figure3, grid, physics_futures
+from support.instances import by_two_letters, figure3, grid, network_of_roads, physics_futures
 
 BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
@@ -302,3 +305,43 @@ def test_every_planner_goes_on_from_where_the_search_stands(method: Method, name
     assert track.end_s <= problem.uav.landing_s + 1e-6
     (first,) = plan.legs[0][:1] or (None,)
     assert first is None or first.depart_s == 200.0
+
+
+def odd_net(number: int) -> Problem:
+    """A small random net of metres or kilometres, some roads loops or far off, with a holdout."""
+    rng = np.random.default_rng([39, number])
+    scale = float(10.0 ** rng.uniform(-2.5, 0.3))
+    places = {f"n{i}": tuple(scale * rng.uniform(0, 9000, 2)) for i in range(5)}
+    places["far"], places["off"] = (scale * 60e3, 0.0), (scale * 61e3, 900.0 * scale)
+    ends = [rng.choice(5, 2, replace=number % 3 == 0) for _ in range(int(rng.integers(3, 12)))]
+    roads = [(f"e{k}", f"n{a}", f"n{b}") for k, (a, b) in enumerate(ends) if a != b]
+    network = network_of_roads(places, [*roads, ("apart", "far", "off")])
+
+    def targets(count: int) -> Futures:
+        routes = [[str(road)] for road in rng.choice(network.road_ids, count)]
+        speeds = scale * rng.uniform(2, 30, count)
+        return physics_futures(network, routes, 0.0, speeds, gone=bool(number % 2))
+
+    uav = Uav(-300.0 * scale, 0.0, 0.0, float(rng.uniform(20, 120)) * scale ** float(number % 2))
+    futures, holdout = targets(40), targets(40) if number % 4 else None
+    return Problem(network, futures, uav, Sensor(60.0 * scale), Objective(900.0), holdout=holdout)
+
+
+@pytest.mark.parametrize("number", range(24))
+@pytest.mark.parametrize("name", ["best", "beam"])
+def test_a_choice_is_never_worse_than_the_simplest_rules(name: str, number: int) -> None:
+    problem = odd_net(number)
+    values = {
+        method: holdout_value(problem, planned(method_named(method), problem))
+        for method in (name, "rate", "random")
+    }
+    assert values[name] >= max(values.values()) - 1e-9
+
+
+def test_work_bounds_a_search_over_roads_flown_in_no_time() -> None:
+    tiny = odd_net(0).replace(uav=Uav(0.0, 0.0, 0.0, 1e5))
+    made = method_named("beam").load()(tiny, budget=BUDGET, rng=np.random.default_rng(1))
+    assert made.work is not None
+    assert made.work <= 2 * BUDGET.work
+    (legs,) = made.plan.legs
+    assert len(legs) * 2 * len(tiny.network.road_ids) <= 3 * MOST_FLIGHTS
