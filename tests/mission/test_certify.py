@@ -18,7 +18,6 @@ from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.bounds.movements import Movements
 from planner.detection.evaluate import evaluate
-from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -31,43 +30,31 @@ from planner.mission.certificate_file import (
     NET,
     PRICES,
     WEIGHTS,
-    certificate_content,
     read_certificate,
     write_better,
-    write_certificate,
 )
-from planner.mission.plan_file import plan_content, write_plan
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
+from support.certified_runs import write_certified
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
 
 VERIFY = Path(__file__).parents[2] / "tools" / "verify.py"
 
 
-def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 60) -> None:
-    """What `planner plan` and `planner certify` write, but for what verify.py does not read."""
-    planned: Evaluation = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
-    path = folder / "plan.json"
-    figures = {"planned": planned, "evaluated": planned, "seed": 1}
-    write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
-    certificate = certified(problem, plan, Effort(stop=WorkDone(steps)))
-    content = certificate_content(problem, certificate)
-    write_certificate(folder, problem, certificate, path, content)
-
-
 @pytest.fixture
 def wrong_claims(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], list[Any]]:
     """What verify.py, called as a module, finds wrong."""
     monkeypatch.syspath_prepend(VERIFY.parent)
-    run_of = import_module("verify").Run
+    checker = import_module("verify")
 
     def found(folder: Path) -> list[Any]:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return [claim for claim in run_of(folder).claims() if not claim.wrong <= 1e-6]
+            run = checker.Run(checker.read_inputs(folder))
+            return [claim for claim in run.claims() if not claim.wrong <= 1e-6]
 
     return found
 
