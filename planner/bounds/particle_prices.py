@@ -137,7 +137,7 @@ def table_of(movements: Movements, bin_s: float) -> Table:
             "no bound is known for road plans that have to come home; leave out uav.return_to"
         )
     hops, nodes = movements.hops, len(problem.network.node_ids)
-    if bin_s <= 0.0 or movements.hops.duration_s.min() <= 0.0:
+    if bin_s <= 0.0 or len(np.unique(problem.network.node_xy_m, axis=0)) < nodes:
         raise NotApplicableError(
             "the bound for road plans needs nodes that are apart and roads of some length; join "
             "nodes that are at one place"

@@ -22,7 +22,7 @@ from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
-from planner.flight.plan import Plan
+from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
 from planner.intervals import lower_limit
 from planner.mission.certificate_file import (
@@ -38,7 +38,7 @@ from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
-from support.certified_runs import write_certified
+from support.certified_runs import reseal, write_certified
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
 
@@ -242,6 +242,12 @@ def test_flights_that_are_no_whole_hops_are_refused(forged: str, tmp_path: Path)
     ways = [slice(legs.first_point[leg], legs.first_point[leg + 1]) for leg in curved]
     roads = [list(legs.x_m[way] + 1j * legs.y_m[way]) for way in ways]
     whole = flown(plan, [start, *roads[0], *roads[2]], uav.speed_mps)
+    time_s, first = whole.tracks[0].time_s, len(roads[0])
+    named = (
+        FlownLeg(int(curved[0]), time_s[0], time_s[1], time_s[first]),
+        FlownLeg(int(curved[2]), time_s[first], time_s[first + 1], time_s[-1]),
+    )
+    whole = replace(whole, legs=(named,))
     write_certified(tmp_path, problem, whole, steps=1)
     assert wrong(tmp_path) == []
     if forged == "bends":
@@ -281,6 +287,7 @@ def test_nobody_is_a_little_faster(forged: str, tmp_path: Path) -> None:
         ways = content["uavs"][0]["waypoints"]
         ways.append([ways[-1][0] - 1e-6, *ways[-1][1:]])
         (tmp_path / "plan.json").write_text(json.dumps(content))
+        reseal(tmp_path)
     assert wrong(tmp_path) == ["flight as its class allows"]
 
 
