@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
 from planner.bounds.kernels.hops import Motion
 from planner.flight.legs import Legs
 
 
 @dataclass(frozen=True, eq=False)
-class Hops:
+class Hops(Frozen):
     """All legs in leg order, then the straight flights between nodes that are no legs.
 
     After its first flight, any road plan is a chain of hops. Straight flights along a straight

@@ -294,15 +294,9 @@ def test_nobody_is_a_little_faster(forged: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("forged", ["negative", "above one", "not a number"])
 def test_weights_that_are_no_probabilities_are_refused(forged: str, tmp_path: Path) -> None:
     problem = small_problem()
-    weight = np.array(problem.futures.weight)
-    if forged == "negative":
-        weight[0] *= -0.5
-    plan = rate_plan(problem)
-    forged_problem = problem.replace(futures=replace(problem.futures, weight=weight))
-    write_certified(tmp_path, forged_problem, plan, steps=5)
-    if forged != "negative":
-        factor = 1.2 if forged == "above one" else np.nan
-        change_parquet(tmp_path / WEIGHTS, "weight", lambda values: values * factor)
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    factor = {"negative": -0.5, "above one": 1.2, "not a number": np.nan}[forged]
+    change_parquet(tmp_path / WEIGHTS, "weight", lambda values: values * factor)
     assert "weights are probabilities" in wrong(tmp_path)
 
 
