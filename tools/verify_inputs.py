@@ -121,6 +121,11 @@ def read_inputs(folder: Path) -> Inputs:
     given, roads = _given(planned, certificate), _net(net)
     if given.plan_class == "roads" and len(roads.node_xy_m) > MOST_NODES:
         raise RefusedError(f"net.json: has more than {MOST_NODES} nodes; too many to check")
+    prices = _prices(folder, len(weight))
+    if (() in prices) != (given.plan_class == "roads"):
+        raise RefusedError(
+            "prices.parquet: should hold prices before take-off, for road plans only"
+        )
     waypoints = flight.rows("waypoints", 3, least=1)
     return Inputs(
         given=given,
@@ -133,7 +138,7 @@ def read_inputs(folder: Path) -> Inputs:
         net=roads,
         motion=motion,
         weight=weight,
-        prices=_prices(folder, len(weight)),
+        prices=prices,
         record=(
             *_digests(run, plan, net, motion, weight),
             *_of_scenario(run, planned, given, waypoints),
