@@ -121,11 +121,12 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(content, allow_nan=False)  # what is written again has to be JSON
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"
         ) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); plan again") from error
     try:
         return _stored(content, network)
