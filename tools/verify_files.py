@@ -29,10 +29,16 @@ class RefusedError(ValueError):
 
 
 class Fields:
-    """An object of a JSON file, whose fields are asked for by name and type."""
+    """An object of a JSON file, whose fields are asked for by name and type.
 
-    def __init__(self, where: str, content: Any) -> None:
-        self.where, self.content = where, content
+    Parameters
+    ----------
+    source
+        The file that it was read from, if it is all of it.
+    """
+
+    def __init__(self, where: str, content: Any, source: bytes = b"") -> None:
+        self.where, self.content, self.source = where, content, source
         if not isinstance(content, dict):
             raise RefusedError(f"{where}: should be an object")
 
@@ -141,9 +147,9 @@ def one_line(error: BaseException) -> str:
 def read_json(folder: Path, name: str) -> Fields:
     """Return a JSON file's object; each key stands once, and numbers are finite."""
     try:
-        text = opened(folder, name).read_text(encoding="utf-8")
+        source = opened(folder, name).read_bytes()
         found = json.loads(
-            text,
+            source.decode("utf-8"),
             parse_constant=_no_constant,
             parse_int=_whole,
             parse_float=_finite,
@@ -155,7 +161,7 @@ def read_json(folder: Path, name: str) -> Fields:
         raise RefusedError(f"{name}: is nested too deeply") from error
     except (OSError, ValueError) as error:
         raise RefusedError(f"{name}: is no JSON ({one_line(error)})") from error
-    return Fields(name, found)
+    return Fields(name, found, source)
 
 
 def _no_constant(text: str) -> float:

@@ -276,7 +276,7 @@ def _digests(
     found = {
         "scenario": digest_of_json(run.part("scenario").content),
         "plan": digest_of_json(as_planned),
-        "roads": digest_of_json(net.content),
+        "roads": hashlib.sha256(net.source).hexdigest(),
         "motion": digest_of_motion(motion, weight),
     }
     for key, digest in found.items():

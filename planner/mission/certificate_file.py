@@ -17,7 +17,7 @@ from planner.bounds.certificate import Certificate, gap_of, proven_bound
 from planner.bounds.kernels.hops import Motion, Pieces
 from planner.bounds.movements import Movements, pieces_of
 from planner.errors import InputError, NotApplicableError
-from planner.files import write_json
+from planner.files import json_text, write_json
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.parquet import column, nested, read_table, write_table
@@ -285,6 +285,11 @@ def sha256_of_motion(futures: Futures) -> str:
     for values in (*_motion_columns(futures).values(), futures.weight):
         digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
     return digest.hexdigest()
+
+
+def sha256_of_net(net: RoadNetwork) -> str:
+    """Return the SHA-256 of the ``net.json`` that a certificate leaves, in hexadecimal."""
+    return hashlib.sha256(json_text(net_content(net)).encode()).hexdigest()
 
 
 def net_content(net: RoadNetwork) -> dict[str, Any]:

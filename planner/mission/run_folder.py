@@ -8,7 +8,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.files import RECORD
 from planner.futures.store import Recording
-from planner.mission.certificate_file import net_content, sha256_of_motion
+from planner.mission.certificate_file import sha256_of_motion, sha256_of_net
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.plan_file import StoredPlan, read_plan
 from planner.provenance import sha256_of_file, sha256_of_json
@@ -81,6 +81,6 @@ def hashes(
         "net": opened.network.sha256,
         "futures": sha256_of_file(recording.path),
         "plan": sha256_of_json(content),
-        "roads": sha256_of_json(net_content(opened.network)),
+        "roads": sha256_of_net(opened.network),
         "motion": sha256_of_motion(recording.futures),
     }

@@ -11,8 +11,8 @@ from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
 from planner.mission.certificate_file import (
     certificate_content,
-    net_content,
     sha256_of_motion,
+    sha256_of_net,
     write_certificate,
 )
 from planner.mission.plan_file import plan_content, write_plan
@@ -36,7 +36,7 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
 def write_record(folder: Path, problem: Problem) -> None:
     """The run.json of a scenario that asks for a problem, and gives the plan in the folder."""
     sha256 = {
-        "roads": sha256_of_json(net_content(problem.network)),
+        "roads": sha256_of_net(problem.network),
         "motion": sha256_of_motion(problem.futures),
     }
     record = provenance(["planner", "plan"], scenario_of(problem), seed=1, sha256=sha256)
