@@ -489,7 +489,7 @@ def test_nodes_at_one_place_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_checker_stands_alone() -> None:
-    for name in ("verify.py", "verify_inputs.py", "verify_files.py"):
+    for name in ("verify.py", "verify_inputs.py", "verify_files.py", "verify_flight.py"):
         text = (TOOLS / name).read_text(encoding="utf-8")
         assert "planner." not in text.replace("planner.plan/1", "").replace("planner.run/1", "")
         words = [
@@ -497,5 +497,5 @@ def test_the_checker_stands_alone() -> None:
             for line in text.splitlines()
             if line.startswith(("import ", "from "))
         ]
-        ours = {"numpy", "pyarrow", "verify_inputs", "verify_files"}
+        ours = {"numpy", "pyarrow", "verify_inputs", "verify_files", "verify_flight"}
         assert set(words) <= ours | set(sys.stdlib_module_names)

@@ -15,7 +15,8 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).parent))  # however this file is run
 from verify_files import Array, RefusedError, one_line
-from verify_inputs import Claim, Given, Inputs, NamedLeg, Net, Prefix, read_inputs
+from verify_flight import are_flown, legs_on
+from verify_inputs import Claim, Given, Inputs, Net, Prefix, read_inputs
 
 Window: TypeAlias = tuple[float, float]  # from and to
 PLANE = np.array([1, 1j])  # from pairs x, y to complex numbers
@@ -290,8 +291,8 @@ class Run:
         off_m, fits = np.maximum(0.0, late_m), not self.inputs.legs
         if given.plan_class == "roads":  # these are never early either
             hops, off_m = Hops(self.inputs.net, place[0], given), abs(late_m)
-            legs = legs_on(place, hops)
-            fits = legs is not None and are_flown(self.inputs.legs, legs, time_s, hops)
+            legs = legs_on(place, hops.routes[: hops.legs], hops.nodes)
+            fits = legs is not None and are_flown(self.inputs.legs, legs, time_s, self.inputs.net)
             watched = [i for leg in legs or () for i in leg.parts]
             most = min(most, RoadBound(self, hops).reward())
         fits = bool(fits and off_m.sum() <= OFF_M and time_s[-1] <= given.lands_s + 1e-6)
@@ -389,53 +390,6 @@ class Run:
         )
         beyond = bound - claimed if is_upper else claimed - bound
         return Claim(key, claimed, bound, beyond / max(1, bound))
-
-
-class LegOn(NamedTuple):
-    """A leg that a flight contains: its number, and the parts of the flight on it."""
-
-    number: int
-    parts: range  # by their first point
-
-
-def legs_on(place: Array, hops: Hops) -> list[LegOn] | None:
-    """Return the legs that a flight contains, in order.
-
-    None if the flight does not consist of whole hops.
-    """
-    i, found, legs = 0, list[LegOn](), [route.place for route in hops.routes[: hops.legs]]
-    while i < len(place) - 1:
-        flown = (n for n, leg in enumerate(legs) if np.array_equal(leg, place[i : i + len(leg)]))
-        leg = next(flown, None)
-        if leg is not None:
-            found.append(LegOn(leg, range(i, i + len(legs[leg]) - 1)))
-        elif place[i + 1] not in hops.nodes:
-            return None  # neither a leg nor a straight flight to a node
-        i = i + 1 if leg is None else found[-1].parts.stop
-    return found
-
-
-def are_flown(named: Sequence[NamedLeg], legs: list[LegOn], time_s: Array, hops: Hops) -> bool:
-    """Tell whether a flight contains the roads that its plan names, in order and at their times.
-
-    One name is one road or node, wherever it stands. The flight may contain other legs as well:
-    a way from road to road may lead along one.
-    """
-    ends_s, roads, nodes, left = time_s[0], dict[str, int](), dict[str, int](), iter(legs)
-    for leg in named:
-        departs_s, *times_s = leg.times_s
-        of_flight = (
-            on for on in left if [time_s[on.parts.start], time_s[on.parts.stop]] == times_s
-        )
-        on = next(of_flight, None)
-        if on is None or departs_s != ends_s:
-            return False
-        ends_s, ends = times_s[1], (hops.start[on.number], hops.end[on.number])
-        if roads.setdefault(leg.road, on.number // 2) != on.number // 2:
-            return False
-        if any(nodes.setdefault(*pair) != pair[1] for pair in zip(leg.ends, ends, strict=True)):
-            return False
-    return bool(named)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
