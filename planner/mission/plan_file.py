@@ -121,7 +121,6 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        json.dumps(content, allow_nan=False)  # what is written again has to be JSON
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"
@@ -129,6 +128,9 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); plan again") from error
     try:
+        json.dumps(
+            content, allow_nan=False
+        )  # it is written again with a certificate
         return _stored(content, network)
     except (KeyError, TypeError, ValueError, IndexError, AssertionError) as error:
         raise InputError(f"{path}: is no plan for this network ({error!r}); plan again") from error
