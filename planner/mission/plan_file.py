@@ -128,9 +128,7 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); plan again") from error
     try:
-        json.dumps(
-            content, allow_nan=False
-        )  # it is written again with a certificate
+        json.dumps(content, allow_nan=False)  # it is written again with a certificate
         return _stored(content, network)
     except (KeyError, TypeError, ValueError, IndexError, AssertionError) as error:
         raise InputError(f"{path}: is no plan for this network ({error!r}); plan again") from error
