@@ -45,7 +45,12 @@ def written_whole(path: Path) -> Iterator[Path]:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write plain data as JSON, whole or not at all; numbers in it have to be finite."""
     with written_whole(path) as new:
-        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        new.write_text(json_text(content), encoding="utf-8")
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return plain data as `write_json` writes it."""
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
 @contextmanager

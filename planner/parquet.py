@@ -93,6 +93,8 @@ def column(path: Path, table: Any, name: str) -> Any:
     InputError
         If there is none of that name.
     """
+    if table.column_names.count(name) > 1:
+        raise InputError(f"{path}: has a column {name!r} twice; leave one out")
     if name not in table.column_names:
         raise InputError(f"{path}: has no column {name!r}; it has {', '.join(table.column_names)}")
     return table[name].combine_chunks()

@@ -5,51 +5,36 @@ and velocities are complex numbers, x + iy, in metres and metres per second; tim
 """
 
 import argparse
-import json
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from pyarrow.parquet import read_table
 
-Array: TypeAlias = Any  # of NumPy; its shape is said in words
+sys.path.append(str(Path(__file__).parent))  # however this file is run
+from verify_files import Array, RefusedError, one_line
+from verify_flight import are_flown, legs_on
+from verify_inputs import Claim, Given, Inputs, Net, Prefix, read_inputs
+
 Window: TypeAlias = tuple[float, float]  # from and to
-Prefix: TypeAlias = tuple[int, ...]  # the first hops of a flight; () is before take-off
 PLANE = np.array([1, 1j])  # from pairs x, y to complex numbers
 NEVER = (0.0, -1.0)
 NOTHING_KNOWN = -1
 TOLERANCE = 1e-6  # by which a figure may be off, as a share of it or, below one, of one
 TIE_M = 1e-6  # a distance this near the radius may count either way
 OFF_M = 1e-4  # by how much all parts of a flight together may be longer than time times speed
-OF_MOTION = ("particle", "from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")
-OF_CERTIFICATE = ("plan_class", "transit", "speed_mps", "landing_s", "bin_s")
+MOST_CELLS = 4_100_000  # hops times bins
+MOST_SIGHTINGS = 10**8  # bins times particles
+AT_ONCE = 2_000_000  # pairs of a flight and a piece of motion
 
 
-@dataclass(frozen=True)
-class Given:
-    """What plan.json says of the problem; it is taken as given."""
-
-    horizon_s: float
-    radius_m: float
-    plan_class: str
-    transit: bool
-    speed_mps: float
-    landing_s: float | None
-    bin_s: float
-    found_by_s: float | None
-
-    @property
-    def bound_key(self) -> str:
-        """The name of the bound in the certificate."""
-        return "upper_bound_probability" if self.found_by_s else "lower_bound_s"
-
-    def reward(self, seen_at: Array) -> Array:
-        """Return what it is worth to see a particle at some times."""
-        if self.found_by_s:
-            return (seen_at <= self.found_by_s).astype(float)
-        return np.maximum(0.0, self.horizon_s - seen_at)
+def reward_of(given: Given, seen_at: Array) -> Array:
+    """Return what it is worth to see a particle at some times."""
+    if given.found_by_s is not None:
+        return (seen_at <= given.found_by_s).astype(float)
+    return np.maximum(0.0, given.horizon_s - seen_at)
 
 
 class Route(NamedTuple):
@@ -87,8 +72,10 @@ def segments(route: Route, window: Window) -> Iterator[Segment]:
     yield from map(Segment, time_s[:-1], time_s[1:], place[:-1], velocity)
 
 
-def near_pairs(segment: Segment, motion: Motion, starts_s: Array, reach_m: float) -> Array:
-    """Return pieces that may come in reach of a segment, and the start of the flight, (2, pairs).
+def near_pairs(
+    segment: Segment, motion: Motion, starts_s: Array, reach_m: float
+) -> Iterator[Array]:
+    """Yield pieces that may come in reach of a segment, and the start of the flight, (2, pairs).
 
     A piece lies in a disc around its middle. A rest is cut off where the last flight ends.
     """
@@ -102,9 +89,11 @@ def near_pairs(segment: Segment, motion: Motion, starts_s: Array, reach_m: float
     first = np.searchsorted(starts_s, motion.from_s[near] - segment.end_s - 1e-6)
     end = np.searchsorted(starts_s, to_s[near] - segment.begin_s + 1e-6)
     counts = np.maximum(0, end - first)
-    before = np.cumsum(counts) - counts
-    starts = np.arange(counts.sum()) + np.repeat(first - before, counts)
-    return np.stack([np.repeat(near, counts), starts])
+    parts = np.flatnonzero(np.diff(np.cumsum(counts) // AT_ONCE, prepend=0))
+    for part in np.split(np.arange(len(near)), parts):
+        many, before = counts[part], np.cumsum(counts[part]) - counts[part]
+        starts = np.arange(many.sum()) + np.repeat(first[part] - before, many)
+        yield np.stack([np.repeat(near[part], many), starts])
 
 
 def first_in_reach(offset: Array, drift: Array, reach_m: Array, growth_mps: float) -> Array:
@@ -125,14 +114,14 @@ class Hops:
     where flights can stand: nodes first, then each leg just flown.
     """
 
-    def __init__(self, net: dict[str, Any], take_off: complex, given: Given) -> None:
-        self.nodes = np.array(net["node_xy_m"], dtype=float) @ PLANE
+    def __init__(self, net: Net, take_off: complex, given: Given) -> None:
+        self.nodes = net.node_xy_m @ PLANE
         self.take_off, place = len(self.nodes), np.append(self.nodes, take_off)
-        roads = [(a, b, np.array(xy_m) @ PLANE) for a, b, xy_m in net["roads"]]
+        roads = [(a, b, xy_m @ PLANE) for a, b, xy_m in net.roads]
         hops = [(a, b, np.concatenate((place[[a]], way[1:-1], place[[b]]))) for a, b, way in roads]
         self.legs, straight = len(hops), {(a, b) for a, b, way in hops if len(way) == 2}
         for a, b in np.ndindex(self.take_off + 1, self.take_off):
-            if (a, b) not in straight and self._is_one_hop(place[a], place[b], a):
+            if a != b and (a, b) not in straight and self._is_one_hop(place[a], place[b], a):
                 hops.append((a, b, place[[a, b]]))
         self.start, self.end = np.array([ends for *ends, _ in hops]).T
         leg_states = self.take_off + 1 + np.arange(self.legs)
@@ -144,14 +133,14 @@ class Hops:
         self.least_bins, self.most_bins = (bins + 1e-9).astype(int), (bins + 1 - 1e-9).astype(int)
 
     def _is_one_hop(self, start: Array, end: Array, node: int) -> bool:
-        """Tell whether a straight flight leads anywhere and passes over no node in between.
+        """Tell whether a straight flight passes over no node in between.
 
-        From take-off it may lead nowhere, but not begin at a node that is not its end.
+        One from take-off does not begin at a node either, unless that is its end.
         """
         share = (self.nodes - start) / (end - start)
         least = 1e-6 if node < self.take_off else -1e-9
         between = (share.real > least) & (share.real < 1 - 1e-6) & (abs(share.imag) < 1e-9)
-        return (start != end or node == self.take_off) and not between.any()
+        return not between.any()
 
 
 def route_of(way: Array, speed_mps: float) -> Route:
@@ -201,10 +190,16 @@ class RoadBound:
         surely_m = given.radius_m - given.speed_mps * given.bin_s / 2
         shortest = hops.least_bins[: hops.chained].min()
         if not (least.min() >= 0 and surely_m >= 0 and shortest >= 1):
-            return np.inf  # such prices or bins prove nothing
+            return np.inf  # such prices or bins prove nothing, nor does a flight of no length
         first_s = take_off_s + hops.lasts_s[hops.chained :].min()
-        ends_s = min(given.found_by_s or given.horizon_s - least.min(), given.landing_s or np.inf)
-        self.starts_s = np.arange(first_s, max(first_s, ends_s) + given.bin_s, given.bin_s)
+        worthless_s = (
+            given.horizon_s - least.min() if given.found_by_s is None else given.found_by_s
+        )
+        ends_s = max(first_s, min(worthless_s, given.lands_s))
+        bins = (ends_s - first_s) / given.bin_s + 2
+        if bins * hops.chained > MOST_CELLS or bins * len(self.run.weight) > MOST_SIGHTINGS:
+            raise RefusedError(f"plan.json: bin_s {given.bin_s:g} makes {bins:.3g} bins, too many")
+        self.starts_s = np.arange(first_s, ends_s + given.bin_s, given.bin_s)
         begin = Stand(hops.take_off, take_off_s, 0.0 * self.run.weight)
         return self._proven((), begin, self._list_steps(least), np.inf)
 
@@ -224,7 +219,7 @@ class RoadBound:
         sure = [np.isfinite(self._seen(leg, self.starts_s, -slack_s)) for leg in range(hops.legs)]
         self.steps = [Step(hops.start[hop], hop, NOTHING_KNOWN) for hop in range(hops.chained)]
         for hop in range(hops.chained):
-            reward = self.given.reward(self._seen(hop, self.starts_s, slack_s))
+            reward = reward_of(self.given, self._seen(hop, self.starts_s, slack_s))
             i, k = np.nonzero(reward > least)
             seen = Sightings(np.full(len(i), hop), i, k, reward[i, k])
             found.append(seen)
@@ -266,7 +261,7 @@ class RoadBound:
         seen = seen.where((seen.bin >= since) & (at.reward[seen.particle] == 0))
         values = self._values(seen, price, since)
         for hop in np.flatnonzero(hops.start == at.node).tolist():
-            reward = self.given.reward(self._seen(hop, np.array([at.time_s]))[0])
+            reward = reward_of(self.given, self._seen(hop, np.array([at.time_s]))[0])
             reward = np.maximum(at.reward, reward)
             there = Stand(hops.end[hop], at.time_s + hops.lasts_s[hop], reward)
             onward = values[min(self._bin(there.time_s), len(values) - 1), hops.after[hop]]
@@ -278,55 +273,33 @@ class RoadBound:
         return round(float(time_s - self.starts_s[0]) / self.given.bin_s)
 
 
-class Claim(NamedTuple):
-    """What the files say, and what is found."""
-
-    name: str
-    claimed: Any
-    found: Any
-    wrong: Any  # by how much
-
-
-def numbers(path: Path, *names: str) -> list[Array]:
-    """Return columns of numbers of a Parquet file, by name."""
-    table = read_table(path)
-    return [np.from_dlpack(table[name].combine_chunks()) for name in names]
-
-
 class Run:
     """A certified plan, its claims, the particles, the net and the prices."""
 
-    def __init__(self, folder: Path) -> None:
-        plan, net = (json.loads((folder / name).read_text()) for name in ("plan.json", "net.json"))
-        self.planned, self.certificate, (uav,) = plan["planned"], plan["certificate"], plan["uavs"]
-        given = {key: self.planned[key] for key in ("horizon_s", "radius_m")}
-        given |= {key: self.certificate[key] for key in OF_CERTIFICATE}
-        self.given, self.net = Given(**given, found_by_s=self.planned.get("found_by_s")), net
-        waypoints = np.array(uav["waypoints"], dtype=float)
-        self.route = Route(waypoints[:, 0], waypoints[:, 1:] @ PLANE)
-        self.sensor_on: list[Window] = uav["sensor_on"]
-        particle, from_s, to_s, x, y, vx, vy = numbers(folder / "motion.parquet", *OF_MOTION)
-        self.motion = Motion(particle, from_s, to_s, x + 1j * y, vx + 1j * vy)
-        (self.weight,) = numbers(folder / "weights.parquet", "weight")  # (N,) probability
-        table = read_table(folder / "prices.parquet")
-        flights = zip(table["flight"].to_pylist(), table["price"].to_pylist(), strict=True)
-        self.prices: dict[Prefix, Array] = {tuple(hops): np.array(price) for hops, price in flights}
+    def __init__(self, inputs: Inputs) -> None:
+        self.inputs, self.given, self.prices = inputs, inputs.given, inputs.prices
+        self.route = Route(inputs.waypoints[:, 0], inputs.waypoints[:, 1:] @ PLANE)
+        of, self.weight = inputs.motion, inputs.weight  # (N,) probability
+        place, velocity = of["x_m"] + 1j * of["y_m"], of["vx_mps"] + 1j * of["vy_mps"]
+        self.motion = Motion(of["particle"], of["from_s"], of["to_s"], place, velocity)
 
     def claims(self) -> Iterator[Claim]:
         """Yield each claim beside what is found."""
         given, (time_s, place), most = self.given, self.route, self._most_of_all_flights()
         late_m = abs(np.diff(place)) - given.speed_mps * np.diff(time_s)
-        watched: list[int] | None = np.flatnonzero(np.diff(place) == 0).tolist()
-        off_m = np.maximum(0.0, late_m)
+        watched: list[int] = np.flatnonzero(np.diff(place) == 0).tolist()
+        off_m, fits = np.maximum(0.0, late_m), not self.inputs.legs
         if given.plan_class == "roads":  # these are never early either
-            hops = Hops(self.net, place[0], given)
-            watched, off_m = on_legs(place, hops), abs(late_m)
+            hops, off_m = Hops(self.inputs.net, place[0], given), abs(late_m)
+            legs = legs_on(place, hops.routes[: hops.legs], hops.nodes)
+            fits = legs is not None and are_flown(self.inputs.legs, legs, time_s, self.inputs.net)
+            watched = [i for leg in legs or () for i in leg.parts]
             most = min(most, RoadBound(self, hops).reward())
-        lands = time_s[-1] <= (given.landing_s or np.inf) + 1e-6
-        fits = bool(watched is not None and off_m.sum() <= OFF_M and lands)
+        fits = bool(fits and off_m.sum() <= OFF_M and time_s[-1] <= given.lands_s + 1e-6)
+        yield from self.inputs.record
         yield self._weights()
         yield Claim("flight as its class allows", True, fits, 1 - fits)
-        yield from self._figures(self._seen(watched or []))
+        yield from self._figures(self._seen(watched))
         yield self._bound(most)
 
     def seen(
@@ -344,17 +317,20 @@ class Run:
         seen_at = np.full((len(starts_s), len(self.weight)), np.inf)
         for segment in segments(route, window) if window != NEVER else ():
             widest_m = radius_m + growth_mps * segment.end_s
-            pieces, start = near_pairs(segment, self.motion, starts_s, widest_m)
-            at, start_s = Motion(*(column[pieces] for column in self.motion)), starts_s[start]
-            begin_s = np.maximum(start_s + segment.begin_s, at.from_s)
-            end_s = np.minimum(start_s + segment.end_s, at.to_s)
-            flown = segment.place + segment.velocity * (begin_s - start_s - segment.begin_s)
-            offset = at.place + at.velocity * (begin_s - at.from_s) - flown
-            reach_m = radius_m + growth_mps * (begin_s - start_s)
-            after_s = first_in_reach(offset, at.velocity - segment.velocity, reach_m, growth_mps)
-            is_seen = (after_s >= 0.0) & (after_s <= end_s - begin_s)
-            whose = start[is_seen], at.particle[is_seen]
-            np.minimum.at(seen_at, whose, (begin_s + after_s)[is_seen])
+            for pieces, start in near_pairs(segment, self.motion, starts_s, widest_m):
+                at, start_s = Motion(*(column[pieces] for column in self.motion)), starts_s[start]
+                begin_s = np.maximum(start_s + segment.begin_s, at.from_s)
+                end_s = np.minimum(start_s + segment.end_s, at.to_s)
+                flown = segment.place + segment.velocity * (begin_s - start_s - segment.begin_s)
+                offset = at.place + at.velocity * (begin_s - at.from_s) - flown
+                reach_m, drift = (
+                    radius_m + growth_mps * (begin_s - start_s),
+                    at.velocity - segment.velocity,
+                )
+                after_s = first_in_reach(offset, drift, reach_m, growth_mps)
+                is_seen = (after_s >= 0.0) & (after_s <= end_s - begin_s)
+                whose = start[is_seen], at.particle[is_seen]
+                np.minimum.at(seen_at, whose, (begin_s + after_s)[is_seen])
         return seen_at
 
     def _most_of_all_flights(self) -> float:
@@ -363,14 +339,16 @@ class Run:
         ever = (0.0, max(given.horizon_s, given.found_by_s or 0))
         waits = Route(np.zeros(1), place[:1])
         met_s = self.seen(waits, ever, time_s[:1], given.radius_m, given.speed_mps)
-        return float(self.weight @ given.reward(met_s[0]))
+        return float(self.weight @ reward_of(given, met_s[0]))
 
     def _seen(self, watched: list[int]) -> Array:
         """Return when the plan sees each particle: where it may see, and its sensor is on."""
         time_s, radius_m = self.route.time_s, self.given.radius_m
         parts = [(time_s[i], time_s[i + 1]) for i in watched]
         parts = [(time_s[0], time_s[-1])] if self.given.transit else parts
-        on = [(max(a, begin), min(b, end)) for a, b in self.sensor_on for begin, end in parts]
+        on = [
+            (max(a, begin), min(b, end)) for a, b in self.inputs.sensor_on for begin, end in parts
+        ]
         on, at_zero = [window for window in on if window[0] <= window[1]] or [NEVER], np.zeros(1)
         seen = [self.seen(self.route, window, at_zero, radius_m) for window in on]
         return np.min(seen, axis=0)[0]
@@ -382,55 +360,60 @@ class Run:
 
     def _figures(self, seen_at: Array) -> Iterator[Claim]:
         weight, given = self.weight, self.given
-        time_s = given.horizon_s - weight @ np.maximum(0.0, given.horizon_s - seen_at)
-        found = weight @ given.reward(seen_at)
-        gap = abs((found if given.found_by_s else time_s) / self.certificate[given.bound_key] - 1)
-        ever = weight @ (seen_at <= given.horizon_s)
-        planned = {"expected_detection_time_s": time_s, "detection_probability": ever}
-        planned |= {"found_by_probability": found} if given.found_by_s else {}
-        planned |= {"particles": len(weight)}
-        finite_gap = None if gap == np.inf else gap
-        certificate: dict[str, Any] = {"gap": finite_gap, "particles": len(weight)}
-        for said, figures in ((self.planned, planned), (self.certificate, certificate)):
-            for key, figure in figures.items():
-                off = said[key] != figure and abs(said[key] - figure) / max(1, figure)
-                yield Claim(key, said[key], figure, off)
+        planned, certificate = self.inputs.planned, self.inputs.certificate
+        missed_s = np.maximum(0.0, given.horizon_s - seen_at)
+        found: dict[str, float] = {
+            "expected_detection_time_s": given.horizon_s - weight @ missed_s,
+            "detection_probability": weight @ (seen_at <= given.horizon_s),
+            "particles": len(weight),
+        }
+        value = planned["expected_detection_time_s"]
+        if given.found_by_s is not None:
+            found["found_by_probability"] = weight @ reward_of(given, seen_at)
+            value = planned["found_by_probability"]
+        for key, figure in found.items():
+            yield Claim(key, planned[key], figure, abs(planned[key] - figure) / max(1, figure))
+        claimed, bound = certificate["gap"], certificate[given.bound_key] or 0.0
+        gap = abs(value - bound) / bound if bound > 0 else None
+        apart = 0.0 if claimed == gap else np.inf
+        if claimed is not None and gap is not None:
+            apart = abs(claimed - gap) * bound / max(1, bound)  # of a share of nothing, no more
+        yield Claim("gap", claimed, gap, apart)
+        particles = certificate["particles"]
+        yield Claim("particles", particles, len(weight), float(particles != len(weight)))
 
     def _bound(self, most: float) -> Claim:
-        claimed, is_upper = self.certificate[self.given.bound_key], bool(self.given.found_by_s)
-        bound = most if is_upper else self.given.horizon_s - most
+        key, is_upper = self.given.bound_key, self.given.found_by_s is not None
+        claimed, bound = (
+            self.inputs.certificate[key] or 0.0,
+            most if is_upper else self.given.horizon_s - most,
+        )
         beyond = bound - claimed if is_upper else claimed - bound
-        return Claim(self.given.bound_key, claimed, bound, beyond / max(1, bound))
+        return Claim(key, claimed, bound, beyond / max(1, bound))
 
 
-def on_legs(place: Array, hops: Hops) -> list[int] | None:
-    """Return the parts of a flight, by their first point, that are on legs.
-
-    None if the flight does not consist of whole hops.
-    """
-    i, watched, legs = 0, list[int](), [route.place for route in hops.routes[: hops.legs]]
-    while i < len(place) - 1:
-        flown = (leg for leg in legs if np.array_equal(leg, place[i : i + len(leg)]))
-        points = len(next(flown, ()))
-        if points == 0 and place[i + 1] not in hops.nodes:
-            return None  # neither a leg nor a straight flight to a node
-        watched += range(i, i + points - 1)
-        i += max(1, points - 1)
-    return watched
-
-
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Check the run in the folder that the command line names."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("directory", type=Path, metavar="DIR", help="folder of a certified run")
-    folder = parser.parse_args().directory
-    np.seterr(divide="ignore", invalid="ignore")  # where nobody is met
+    folder = parser.parse_args(arguments).directory
     try:
-        claims = list((run := Run(folder)).claims())
-    except (OSError, LookupError, AttributeError, TypeError, ValueError, ArithmeticError) as error:
-        parser.error(f"{folder}: holds no certified run ({error}); `planner certify` makes one")
-    given = (f"{of.name} {getattr(run.given, of.name)!r}," for of in fields(run.given))
+        with np.errstate(all="ignore"):  # where nobody is met
+            claims = list((run := Run(read_inputs(folder))).claims())
+    except (RefusedError, RecursionError, MemoryError) as error:
+        reason, remedy = one_line(error), "`planner certify` makes one"
+        print(
+            f"verify.py: {str(folder)!a}: holds no certified run ({reason}); {remedy}",
+            file=sys.stderr,
+        )
+        return 2
+    given = (f"{key} {value!r}," for key, value in asdict(run.given).items())
     print("assumed:", *given, f"take-off {run.route.time_s[0]} s at {run.route.place[0]:.1f}")
+    print(
+        "not checked: evaluated",
+        *(f"{key} {run.inputs.unchecked[key]}" for key in run.inputs.unchecked),
+        sep=", ",
+    )
     for claim in claims:
         verdict = "holds" if claim.wrong <= TOLERANCE else "WRONG"
         print(f"{claim.name}: claimed {claim.claimed}, found {claim.found}: {verdict}")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner.arrays import Floats, Offsets, freeze
+from planner.arrays import Floats, Frozen, Offsets, freeze
 
 if TYPE_CHECKING:
     from planner.scenario.values import DistributionSection
@@ -68,7 +68,7 @@ class Normal:
 
 
 @dataclass(frozen=True, eq=False)
-class Listed:
+class Listed(Frozen):
     """Single values, each with its probability."""
 
     values: Floats  # (k,)

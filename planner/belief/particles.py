@@ -5,13 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.checked import choice, finite, offsets, same_length, weights
 
 Driving = Literal["constant", "free"]
 
 
 @dataclass(frozen=True, eq=False)
-class Particles:
+class Particles(Frozen):
     """Possible targets before they move; SUMO makes their futures.
 
     Weights sum to the probability that the target is there at all.
@@ -31,7 +32,7 @@ class Particles:
 
     def __post_init__(self) -> None:
         if len(self.target) == 0:
-            object.__setattr__(self, "target", np.zeros(len(self.weight)))
+            object.__setattr__(self, "target", np.zeros(np.size(self.weight)))
         freeze(
             self,
             weight=np.float64,
@@ -44,9 +45,13 @@ class Particles:
             gone=np.bool_,
             target=np.int32,
         )
-        assert len(self.target) == len(self)
-        assert len(self.first_edge) == len(self) + 1
-        assert len(self.route_edge) == len(self.speed_mps) == self.first_edge[-1]
+        columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
+        count = same_length(weight=self.weight, gone=self.gone, target=self.target, **columns)
+        edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
+        offsets("first_edge", self.first_edge, count, edges)
+        finite(start_m=self.start_m, depart_s=self.depart_s, speed_mps=self.speed_mps)
+        weights("weight", self.weight)
+        choice("driving", self.driving, Driving)
 
     def __len__(self) -> int:
         return len(self.weight)

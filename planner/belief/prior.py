@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats, Frozen, freeze
 from planner.belief.distribution import Distribution, distribution
 from planner.belief.particles import Driving
+from planner.checked import choice, finite, number, set_fields, weights
+from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ TurnTable = dict[str, dict[str, float]]  # from an edge to an edge, the probabil
 
 
 @dataclass(frozen=True, eq=False)
-class Prior:
+class Prior(Frozen):
     """The paper's p(x0) = [p(r0), p(d0), p(v0)] and how the target goes on from there.
 
     E edges and T turns as the network counts them.
@@ -34,6 +36,13 @@ class Prior:
 
     def __post_init__(self) -> None:
         freeze(self, edge_probability=np.float64, turn_probability=np.float64)
+        weights("edge_probability", self.edge_probability)
+        finite(turn_probability=self.turn_probability)
+        choice("driving", self.driving, Driving)
+        present = number("probability_present", self.probability_present, least=0.0)
+        if present > 1.0:
+            raise InputError(f"probability_present: {present:g} is no probability")
+        set_fields(self, {"probability_present": present})
 
     def start_m(self, u: Floats, edge_length_m: Floats) -> Floats:
         """Return the distances along their first edges at the shares ``u`` of p(d0), metres."""

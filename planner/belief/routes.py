@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
 from planner.belief.prior import Prior
 from planner.belief.uniforms import Columns
 from planner.errors import InputError
@@ -41,7 +41,7 @@ class Routes:
 
 
 @dataclass(frozen=True, eq=False)
-class PossibleTurns:
+class PossibleTurns(Frozen):
     """The turns that a target takes with some probability, by the edge they leave."""
 
     first: Offsets  # (E + 1,) where an edge's turns start

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from planner.belief.routes import (
     refuse_too_many,
 )
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
+from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
 from planner.messages import as_written, suggestion
 from planner.network.road_network import RoadNetwork
@@ -58,6 +60,9 @@ def sample(
     InputError
         If "all" is asked for and there are too many combinations, or endlessly many.
     """
+    choice("sampling", sampling, Sampling)
+    n = whole("n", n, least=0 if sampling == "all" else 1)
+    horizon_s = number("horizon_s", horizon_s, above=0.0, ends=False)
     # First of all, so that a particle's driver is the same however many there are.
     seeds = rng.spawn(1)[0]
     if sampling == "all":
@@ -96,6 +101,8 @@ def predefined(
     InputError
         If the route is not in the network, or the speed or the offset is impossible.
     """
+    instance("speed_mps", speed_mps, Real)
+    instance("offset_m", offset_m, Real)
     edges = _edges_of(network, route)
     length_m = network.edge_length_m[edges[0]]
     if not 0 <= offset_m <= length_m:

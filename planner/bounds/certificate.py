@@ -11,6 +11,7 @@ from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Prefix, Search
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
+from planner.bounds.proof import proven_reward
 from planner.detection.evaluate import evaluate
 from planner.detection.kernels.closest_approach import first_in_reach
 from planner.errors import NotApplicableError
@@ -91,6 +92,21 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     search = _searched(movements, bin_s, earned, stop)
     bound = objective.value(min(search.bound, most))
     return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
+
+
+def proven_bound(movements: Movements, certificate: Certificate) -> float:
+    """Return the bound that a certificate's prices prove, whatever it says itself.
+
+    Raises
+    ------
+    NotApplicableError
+        If bins as long as it says make no table.
+    """
+    objective, weight = movements.problem.objective, movements.problem.futures.weight
+    most = float(weight @ objective.reward(earliest(movements)))
+    if certificate.plan_class == "roads":
+        most = min(most, proven_reward(movements, certificate.bin_s, certificate.proof))
+    return objective.value(most)
 
 
 def _searched(

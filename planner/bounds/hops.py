@@ -4,17 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
 from planner.bounds.kernels.hops import Motion
 from planner.flight.legs import Legs
 
 
 @dataclass(frozen=True, eq=False)
-class Hops:
+class Hops(Frozen):
     """All legs in leg order, then the straight flights between nodes that are no legs.
 
     After its first flight, any road plan is a chain of hops. Straight flights along a straight
-    road or over a node between their ends are left out: they are that leg, or two hops.
+    road or over a node between their ends are left out: they are that leg, or two hops. Between
+    two nodes at one place there is a flight of no length.
     """
 
     from_node: Ints  # (h,) node index
@@ -116,7 +117,7 @@ def straight_flights(legs: Legs) -> list[tuple[int, int]]:
         (a, b)
         for a in range(len(xy))
         for b in range(len(xy))
-        if np.any(xy[a] != xy[b]) and (a, b) not in roads and not passes_over(xy, xy[a], xy[b])
+        if a != b and (a, b) not in roads and not passes_over(xy, xy[a], xy[b])
     ]
 
 
@@ -124,6 +125,8 @@ def passes_over(nodes_m: Floats, start_m: Floats, end_m: Floats) -> bool:
     """Tell whether a straight flight passes over a node between its ends, all x, y in metres."""
     way, away = end_m - start_m, nodes_m - start_m
     far_m = float(np.hypot(*way))
+    if far_m == 0.0:
+        return False
     along, aside = away @ way / far_m, np.abs(away @ (-way[1], way[0])) / far_m
     between = (along > 1e-6 * far_m) & (along < (1 - 1e-6) * far_m)
     return bool(np.any(between & (aside < 1e-9 * far_m)))

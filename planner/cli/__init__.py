@@ -4,6 +4,7 @@ import argparse
 import logging
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -77,6 +78,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     The process ends with 130 if Ctrl-C stops it.
     """
+    if argv is None and not sys.warnoptions:
+        # What a library has to say of its own code helps nobody who types a command.
+        warnings.simplefilter("ignore")
     with stopped_by_signals():
         words = sys.argv[1:] if argv is None else list(argv)
         arguments = parser_for(words).parse_args(words)

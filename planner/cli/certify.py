@@ -7,7 +7,7 @@ from itertools import count as counted
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, share, span
+from planner.cli.arguments import add_jobs, add_run, count, path, share, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.interrupts import first_interrupt_asks
@@ -15,6 +15,7 @@ from planner.interrupts import first_interrupt_asks
 if TYPE_CHECKING:
     from planner.bounds.certificate import Certificate
     from planner.flight.plan import Plan
+    from planner.futures.store import Recording
     from planner.mission.opening import OpenScenario
     from planner.search.problem import Problem
 
@@ -54,13 +55,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="also bound K independent sets of particles, at least 10, for a statement about the "
         "true optimum",
     )
+    parser.add_argument(
+        "--futures",
+        type=path,
+        metavar="FILE",
+        help="where the file given to `plan --futures` is now (default: where it was)",
+    )
     add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="replace an earlier certificate")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Bound the gap between a run's plan and the best possible one; write the proof beside it."""
-    from planner.cli.session import new_files, planning_recorded
+    from planner.cli.session import new_files
     from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan
     from planner.mission.run_folder import PLAN, open_run, refuse_other_futures
@@ -71,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     opened, stored = open_run(run_folder)
     with ExitStack() as stack:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
-        recording = planning_recorded(arguments, opened)
+        recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)
         certificate, limit = _certificate(arguments, opened, stored.plan, problem)
@@ -86,6 +93,27 @@ def run(arguments: argparse.Namespace) -> int:
         lines.append(world_line(limit, stored.evaluated, problem.objective.by_s))
     print_result(arguments, summary, [*lines, f"written to {run_folder}"])
     return 0
+
+
+def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recording":
+    """Return the particles that the plan was made on: the scenario's, or a user's own."""
+    from planner.cli.session import planning_recorded
+    from planner.futures.store import read_recording
+    from planner.mission.run_folder import own_futures
+
+    planned_on = own_futures(arguments.directory)
+    if planned_on is None and arguments.futures is None:
+        return planning_recorded(arguments, opened)
+    if arguments.sets is not None:
+        raise InputError(
+            "--sets: draws from the scenario's belief, but the plan was made on --futures; "
+            "leave it out"
+        )
+    file: Path | None = arguments.futures or planned_on
+    assert file is not None
+    if not file.is_file():
+        raise InputError(f"{file}: the plan was made on this file, which is gone; --futures FILE")
+    return read_recording(file, opened.network)
 
 
 def _check_sets(sets: int | None) -> None:

@@ -94,7 +94,8 @@ def _stored(
     same = of_run.scenario.as_dict() == opened.scenario.as_dict()
     if not same or not is_planned_on(folder, targets.planning):
         return [], Bounds({})
-    bounds = Bounds(stored_bound(folder / PLAN, stored.plan))
+    problem = certify.problem_of_plan(opened, stored.plan, targets.planning.futures)
+    bounds = Bounds(stored_bound(folder / PLAN, stored.plan, problem))
     planned, evaluated = (
         evaluate(stored.plan.tracks, some.futures, stored.sensor, stored.objective)
         for some in (targets.planning, targets.fresh)

@@ -30,6 +30,7 @@ from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import plan_content
 from planner.mission.recorder import budget_of, problem_of
+from planner.mission.run_folder import OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Trial, try_order
 from planner.provenance import provenance
@@ -65,7 +66,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         if folder is not None:
             _write(folder, opened, found, content)
             watch.lap("files")
-            record = _provenance(opened, content, targets.planning, watch)
+            record = _provenance(arguments, opened, content, targets.planning, watch)
             record["planning"] = _planning_record(found.trial)
             write_json(folder / run_folder.PROVENANCE, record)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
@@ -199,7 +200,11 @@ def _planning_record(trial: Trial) -> dict[str, Any]:
 
 
 def _provenance(
-    opened: OpenScenario, content: dict[str, Any], recording: Recording, watch: _Watch
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    content: dict[str, Any],
+    recording: Recording,
+    watch: _Watch,
 ) -> dict[str, Any]:
     scenario = opened.scenario
     made_by = provenance(
@@ -210,4 +215,5 @@ def _provenance(
         started=watch.started,
         took_s=watch.took_s,
     )
-    return made_by | {"scenario_path": str(scenario.path.resolve())}
+    own = {} if arguments.futures is None else {OWN_FUTURES: str(arguments.futures.resolve())}
+    return made_by | {"scenario_path": str(scenario.path.resolve())} | own

@@ -5,13 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, freeze
+from planner.arrays import Flags, Floats, Frozen, freeze
+from planner.checked import same_length, weights
 from planner.detection.objective import Objective
+from planner.errors import InputError
 from planner.intervals import NORMAL_95, share_interval
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluation:
+class Evaluation(Frozen):
     """When each target is first seen, and all that follows from it.
 
     Weights sum to the probability that a target is there at all; with the rest of the
@@ -25,7 +27,10 @@ class Evaluation:
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
-        assert len(self.seen_at) == len(self.weight) == len(self.end_s)
+        same_length(seen_at=self.seen_at, weight=self.weight, end_s=self.end_s)
+        weights("weight", self.weight)
+        if np.isnan(self.seen_at).any():
+            raise InputError("seen_at: holds NaN; infinity stands for never")
 
     @cached_property
     def time_s(self) -> Floats:

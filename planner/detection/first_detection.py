@@ -3,6 +3,7 @@
 import numpy as np
 
 from planner.arrays import Floats
+from planner.checked import number
 from planner.detection.kernels.closest_approach import FuturesColumns, PathColumns, seen_by_flight
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -19,11 +20,17 @@ def first_detection(futures: Futures, track: Track, radius_m: float) -> Floats:
     ----------
     radius_m
         Detection radius, the paper's epsilon.
+
+    Raises
+    ------
+    InputError
+        If the radius is no number from 0 on.
     """
+    radius_m = number("radius_m", radius_m, least=0.0)
     if len(track.time_s) == 0:
         return np.full(len(futures), np.inf)
     flight = PathColumns(track.time_s, track.x_m, track.y_m)
-    return seen_by_flight(flight, track.sensor_on, columns(futures), float(radius_m))
+    return seen_by_flight(flight, track.sensor_on, columns(futures), radius_m)
 
 
 def columns(futures: Futures) -> FuturesColumns:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats
+from planner.checked import number, set_fields
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,11 @@ class Objective:
 
     horizon_s: float  # a target not seen by then counts as this much
     by_s: float | None = None  # None: least expected time; else the deadline, seconds
+
+    def __post_init__(self) -> None:
+        set_fields(self, {"horizon_s": number("horizon_s", self.horizon_s, above=0.0)})
+        if self.by_s is not None:
+            set_fields(self, {"by_s": number("by_s", self.by_s, above=0.0)})
 
     def reward(self, seen_at: Floats) -> Floats:
         """Return what sightings are worth, never negative; a miss (inf) is worth nothing."""

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from planner.checked import flag, number, set_fields
+
 
 @dataclass(frozen=True)
 class Sensor:
@@ -9,3 +11,8 @@ class Sensor:
 
     radius_m: float
     detects_in_transit: bool = True  # False: only above the roads that the plan names
+
+    def __post_init__(self) -> None:
+        radius_m = number("radius_m", self.radius_m, above=0.0)
+        in_transit = flag("detects_in_transit", self.detects_in_transit)
+        set_fields(self, {"radius_m": radius_m, "detects_in_transit": in_transit})

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats, Frozen, freeze
 from planner.detection.first_detection import first_detection
 from planner.detection.sensor import Sensor
 from planner.flight.track import Track
@@ -22,7 +22,7 @@ FORGET = 1e-9  # probability of having missed so often that further looks change
 
 
 @dataclass(frozen=True, eq=False)
-class Looks:
+class Looks(Frozen):
     """When each of N targets is looked at, and how probably a look is the one that sees it."""
 
     at_s: Floats  # (looks, N) seconds, inf: never

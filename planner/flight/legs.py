@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
 from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
@@ -14,7 +14,7 @@ AGAINST = "!"  # before the name of a road that is flown against its direction
 
 
 @dataclass(frozen=True, eq=False)
-class Legs:
+class Legs(Frozen):
     """Each road flown in its own direction (leg ``2 * road``) and against it (one more).
 
     L = 2 R legs. Points are those of the roads, turned round for the reverse legs.

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats, Frozen, freeze
+from planner.checked import finite, same_length
+from planner.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Track(Frozen):
     """A UAV's flight: straight and at constant speed from waypoint to waypoint.
 
     The sensor is off outside ``sensor_on`` and after the last waypoint.
@@ -21,9 +23,12 @@ class Track:
 
     def __post_init__(self) -> None:
         freeze(self, time_s=np.float64, x_m=np.float64, y_m=np.float64, sensor_on=np.float64)
-        assert len(self.time_s) == len(self.x_m) == len(self.y_m)
-        assert self.sensor_on.shape[1:] == (2,)
-        assert np.all(np.diff(self.time_s) >= 0)
+        same_length(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m)
+        finite(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m)
+        if np.any(np.diff(self.time_s) < 0):
+            raise InputError("time_s: should never fall")
+        if self.sensor_on.shape[1:] != (2,) or not _rises(self.sensor_on):
+            raise InputError("sensor_on: should be pairs of from and to, rising and disjoint")
 
     @property
     def end_s(self) -> float:
@@ -39,3 +44,8 @@ class Track:
             ],
             axis=-1,
         )
+
+
+def _rises(windows: Floats) -> bool:
+    flat = windows.ravel()
+    return bool(not np.isnan(flat).any() and np.all(flat[1:] >= flat[:-1]))

@@ -1,8 +1,12 @@
 """The drone: when and where it takes off, how fast it flies, for how long, and where it lands."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+
+from planner.checked import number, set_fields
+from planner.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -16,6 +20,18 @@ class Uav:
     altitude_m: float = 0.0  # above ground; carried through to plan.json
     max_flight_time_s: float = np.inf
     return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
+
+    def __post_init__(self) -> None:
+        names = ("x_m", "y_m", "take_off_s", "altitude_m")
+        found: dict[str, Any] = {name: number(name, getattr(self, name)) for name in names}
+        found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
+        longest_s = number("max_flight_time_s", self.max_flight_time_s, least=0.0, ends=False)
+        found["max_flight_time_s"] = longest_s
+        if self.return_to_m is not None:
+            if np.shape(self.return_to_m) != (2,):
+                raise InputError("return_to_m: should be x and y in metres, or None")
+            found["return_to_m"] = tuple(number("return_to_m", one) for one in self.return_to_m)
+        set_fields(self, found)
 
     @property
     def landing_s(self) -> float:
@@ -31,5 +47,5 @@ class Uav:
 
     def resumed(self, time_s: float, x_m: float, y_m: float) -> "Uav":
         """Return the same UAV as it flies on from a place and time: it lands no later."""
-        left_s = self.landing_s - time_s
+        left_s = max(0.0, self.landing_s - time_s)
         return replace(self, x_m=x_m, y_m=y_m, take_off_s=time_s, max_flight_time_s=left_s)

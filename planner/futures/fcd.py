@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from planner.arrays import Floats, Ints, freeze
+from planner.arrays import Floats, Frozen, Ints, freeze
 from planner.errors import InputError
 from planner.futures.futures import NO_EDGE
 from planner.network.road_network import RoadNetwork
@@ -18,7 +18,7 @@ REMEDY = "write it with `sumo --fcd-output FILE.parquet` (or .xml)"
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(Frozen):
     """Vehicles at sampled times, sorted by vehicle, then time."""
 
     names: tuple[str, ...]  # of the vehicles, in the order of their numbers

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.checked import finite, offsets, same_length, weights
+from planner.errors import InputError
 
 NO_EDGE = -1
 
@@ -44,7 +46,7 @@ class Pieces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Futures:
+class Futures(Frozen):
     """Where each particle is at every time.
 
     Between two knots a particle moves straight at constant speed. It is nowhere before its first
@@ -63,7 +65,7 @@ class Futures:
 
     def __post_init__(self) -> None:
         if len(self.target) == 0:
-            object.__setattr__(self, "target", np.zeros(len(self.weight)))
+            object.__setattr__(self, "target", np.zeros(np.size(self.weight)))
         freeze(
             self,
             time_s=np.float64,
@@ -75,10 +77,15 @@ class Futures:
             gone=np.bool_,
             target=np.int32,
         )
-        assert len(self.weight) == len(self.gone) == len(self.target)
-        assert len(self.time_s) == len(self.x_m) == len(self.y_m) == len(self.edge)
-        assert self.first_knot[0] == 0
-        assert self.first_knot[-1] == len(self.time_s)
+        particles = same_length(weight=self.weight, gone=self.gone, target=self.target)
+        knots = same_length(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m, edge=self.edge)
+        offsets("first_knot", self.first_knot, particles, knots)
+        finite(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m)
+        weights("weight", self.weight)
+        falls = np.diff(self.time_s) < 0
+        falls[self.first_knot[(self.first_knot > 0) & (self.first_knot < knots)] - 1] = False
+        if falls.any():
+            raise InputError("time_s: should rise within each particle; sort its knots")
 
     def __len__(self) -> int:
         return len(self.weight)

@@ -9,6 +9,8 @@ import numpy as np
 
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
+from planner.checked import number, whole
+from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.knots import DrivenRoutes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
@@ -49,6 +51,10 @@ def record(
     SumoError
         With SUMO's own message, or if a process that runs it dies.
     """
+    horizon_s = number("horizon_s", horizon_s, above=0.0)
+    workers = None if workers is None else whole("workers", workers, least=1)
+    if len(particles) == 0:
+        raise InputError("particles: there is none to record; draw at least one")
     batches = _batches(network, particles)
     parts: list[Futures] = []
     drive = partial(record_batch, network, particles, horizon_s=horizon_s)

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, freeze
+from planner.arrays import Floats, Frozen, Ints, freeze
+from planner.checked import number
 from planner.futures.futures import NO_EDGE, Futures
 from planner.network.road_network import RoadNetwork
 
@@ -12,7 +13,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Frozen):
     """Where particles are at one time; S of them are somewhere."""
 
     time_s: float
@@ -52,6 +53,7 @@ class RoadState:
 
 def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
     """Return the state of all particles at a time, seconds on the target's clock."""
+    time_s = number("time_s", time_s)
     everyone_m = futures.positions(time_s)
     there = np.flatnonzero(~np.isnan(everyone_m[:, 0]))
     passed = np.bincount(futures.particle[futures.time_s <= time_s], minlength=len(futures))

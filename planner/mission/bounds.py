@@ -4,9 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from planner.errors import InputError
 from planner.flight.plan import Plan
-from planner.mission.certificate_file import read_certificate
+from planner.mission.certificate_file import PRICES, proof_of, read_certificate
 from planner.mission.trial import Trial
+from planner.search.problem import Problem
 
 Kind = tuple[str, float]  # a bound is for one class of plans and one take-off, seconds
 
@@ -49,15 +51,25 @@ def bounds_of(
     return {**known, **{kind: value for kind, value in found.items() if value is not None}}
 
 
-def stored_bound(plan_file: Path, plan: Plan) -> dict[Kind, float]:
+def stored_bound(plan_file: Path, plan: Plan, problem: Problem) -> dict[Kind, float]:
     """Return the bound of a stored plan's certificate, nothing if it has none.
+
+    Parameters
+    ----------
+    problem
+        That the plan answers.
 
     Raises
     ------
     InputError
-        If the certificate is broken.
+        If the certificate is broken, or its prices do not prove it.
     """
     certificate = read_certificate(plan_file)
     if certificate is None:
         return {}
+    if proof_of(certificate, plan_file, problem) is None:
+        raise InputError(
+            f"{plan_file}: its certificate does not follow from {PRICES} beside it; "
+            f"`planner certify {plan_file.parent} --force` makes a new one"
+        )
     return {(certificate.plan_class, plan.take_off_s): certificate.bound}

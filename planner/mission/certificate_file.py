@@ -1,7 +1,8 @@
 """The files of a certificate: all that somebody needs to check it without this program."""
 
+import hashlib
 import json
-import shutil
+import operator
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
@@ -10,12 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from planner.bounds.certificate import Certificate
+from planner.arrays import Floats
+from planner.bounds.branch_and_bound import Prefix
+from planner.bounds.certificate import Certificate, gap_of, proven_bound
 from planner.bounds.kernels.hops import Motion, Pieces
-from planner.bounds.movements import pieces_of
-from planner.errors import InputError
-from planner.files import write_json
-from planner.parquet import nested, write_table
+from planner.bounds.movements import Movements, pieces_of
+from planner.errors import InputError, NotApplicableError
+from planner.files import json_text, write_json
+from planner.futures.futures import Futures
+from planner.network.road_network import RoadNetwork
+from planner.parquet import column, nested, read_table, write_table
 from planner.search.problem import Problem
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
@@ -23,6 +28,7 @@ PROOF = (PRICES, WEIGHTS, MOTION, NET)
 ABSENT = ("lower_bound_s", "upper_bound_probability", "true_optimum_limit", "sets")  # if None
 SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")  # where bounds compare
 OfSets = tuple[float, int]  # the true optimum's limit, and from how many sets it is
+ROUNDING = 1e-9  # by which figures worked out again may differ, as a share
 LONGEST_S = 60.0  # of a piece of motion: short ones are quickly seen to be out of reach
 
 
@@ -44,8 +50,15 @@ class StoredCertificate:
 
     def __post_init__(self) -> None:
         bounds = [self.lower_bound_s, self.upper_bound_probability]
-        if bounds.count(None) != 1 or not np.isfinite(self.bound):
+        if bounds.count(None) != 1:
             raise ValueError("it needs one bound, a number")
+        for key in ("particles", "bin_s", "speed_mps"):
+            _check_number(key, getattr(self, key))
+        for key in (*ABSENT, "gap", "landing_s"):
+            if getattr(self, key) is not None:
+                _check_number(key, getattr(self, key))
+        if self.plan_class not in ("roads", "free") or not isinstance(self.transit, bool):
+            raise ValueError("it needs a plan_class, roads or free, and transit, true or false")
 
     @property
     def bound(self) -> float:
@@ -71,6 +84,11 @@ class StoredCertificate:
         if any(getattr(self, key) != getattr(other, key) for key in SAME):
             return False
         return self.gap is not None and (other.gap is None or self.gap < other.gap)
+
+
+def _check_number(key: str, value: Any) -> None:
+    if type(value) not in (int, float) or not np.isfinite(value):
+        raise ValueError(f"{key} should be a number")
 
 
 def stored_certificate(problem: Problem, certificate: Certificate) -> StoredCertificate:
@@ -134,19 +152,36 @@ def write_better(
     tuple
         The certificate written, and whether it is the earlier one.
     """
-    new, earlier = stored_certificate(problem, certificate), None
-    with suppress(InputError):  # one that is broken is replaced
-        earlier = read_certificate(plan_file)
-    best = earlier if earlier is not None and earlier.proves_more(new) else new
+    new = stored_certificate(problem, certificate)
+    earlier, proof = _earlier(problem, plan_file, new, certificate.value)
+    stays_earlier = earlier is not None and earlier.proves_more(new)
+    best = earlier if earlier is not None and stays_earlier else new
     if of_sets is None and earlier is not None:
         of_sets = earlier.of_sets
     limit, sets = of_sets or (None, None)
     stays = replace(best, true_optimum_limit=limit, sets=sets)
-    if best is earlier:
-        keep_proof(folder, plan_file, stays.content())
-    else:
-        write_certificate(folder, problem, certificate, plan_file, stays.content())
-    return stays, best is earlier
+    written = replace(certificate, proof=proof) if stays_earlier else certificate
+    write_certificate(folder, problem, written, plan_file, stays.content())
+    return stays, stays_earlier
+
+
+def _earlier(
+    problem: Problem, plan_file: Path, new: StoredCertificate, value: float
+) -> tuple[StoredCertificate | None, Mapping[Prefix, Floats]]:
+    """Return an earlier certificate of the same plan and its prices; None if it does not hold."""
+    earlier = None
+    with suppress(InputError):  # one that is broken is replaced
+        earlier = read_certificate(plan_file)
+    is_of_use = earlier is not None and (earlier.proves_more(new) or earlier.of_sets)
+    if earlier is None or not is_of_use or earlier.plan_class != new.plan_class:
+        return None, {}
+    gap = gap_of(value, earlier.bound)
+    if not np.isclose(
+        np.inf if earlier.gap is None else earlier.gap, gap, rtol=ROUNDING, atol=ROUNDING
+    ):
+        return None, {}
+    proof = proof_of(earlier, plan_file, problem)
+    return (None, {}) if proof is None else (earlier, proof)
 
 
 def write_certificate(
@@ -165,20 +200,56 @@ def write_certificate(
     }
     write_table(folder / PRICES, prices, {"unit": "reward"})
     write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
-    pieces = _short(pieces_of(futures))
-    motion = {"particle": pieces.particle, **pieces.motion._asdict()}
-    write_table(folder / MOTION, motion, {})
-    write_json(folder / NET, net_content(problem))
+    write_table(folder / MOTION, _motion_columns(futures), {})
+    write_json(folder / NET, net_content(problem.network))
     plan = json.loads(plan_file.read_text(encoding="utf-8"))
     write_json(folder / plan_file.name, plan | {"certificate": content})
 
 
-def keep_proof(folder: Path, plan_file: Path, content: Mapping[str, Any]) -> None:
-    """Copy an earlier certificate's files, and write the plan with that certificate."""
-    for name in PROOF:
-        shutil.copy(plan_file.with_name(name), folder / name)
-    plan = json.loads(plan_file.read_text(encoding="utf-8"))
-    write_json(folder / plan_file.name, plan | {"certificate": dict(content)})
+def proof_of(
+    stored: StoredCertificate, plan_file: Path, problem: Problem
+) -> Mapping[Prefix, Floats] | None:
+    """Return the prices beside a plan that prove what its certificate says; None if none do.
+
+    Nothing of the certificate is believed: its bound is worked out again.
+    """
+    of_problem = stored_certificate(problem, Certificate(0.0, 0.0, stored.plan_class))
+    if not all(getattr(stored, key) == getattr(of_problem, key) for key in SAME):
+        return None
+    movements = Movements(problem)
+    if stored.plan_class == "roads" and stored.bin_s != movements.fitting_bin_s:
+        return None
+    try:
+        proof = read_prices(plan_file.with_name(PRICES), len(problem.futures))
+        certificate = Certificate(0.0, stored.bound, stored.plan_class, stored.bin_s, proof)
+        proven = proven_bound(movements, certificate)
+    except (InputError, NotApplicableError):
+        return None
+    slack = ROUNDING * max(1.0, problem.objective.most)
+    too_much = problem.objective.is_better(proven, stored.bound) and abs(proven - stored.bound)
+    return None if too_much > slack else proof
+
+
+def read_prices(path: Path, particles: int) -> dict[Prefix, Floats]:
+    """Return the prices of a certificate by prefix, (N,) each.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or broken, or holds prices of another number of particles.
+    """
+    table = read_table(path)
+    flights, prices = (column(path, table, name).to_pylist() for name in ("flight", "price"))
+    try:
+        proof = {
+            tuple(map(operator.index, flight)): np.array(price, dtype=np.float64)
+            for flight, price in zip(flights, prices, strict=True)
+        }
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: holds no prices ({error})") from error
+    if len(proof) < len(flights) or any(own.shape != (particles,) for own in proof.values()):
+        raise InputError(f"{path}: should hold a price for each of {particles} particles")
+    return proof
 
 
 def _short(pieces: Pieces) -> Pieces:
@@ -200,9 +271,30 @@ def _short(pieces: Pieces) -> Pieces:
     return Pieces(cut, pieces.particle[whole])
 
 
-def net_content(problem: Problem) -> dict[str, Any]:
+def _motion_columns(futures: Futures) -> dict[str, Any]:
+    pieces = _short(pieces_of(futures))
+    return {"particle": pieces.particle, **pieces.motion._asdict()}
+
+
+def sha256_of_motion(futures: Futures) -> str:
+    """Return the SHA-256 of motion and weights as a certificate holds them, in hexadecimal.
+
+    Of the columns one after the other, 8 bytes a number, the lowest byte first.
+    """
+    digest = hashlib.sha256()
+    for values in (*_motion_columns(futures).values(), futures.weight):
+        digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
+
+
+def sha256_of_net(net: RoadNetwork) -> str:
+    """Return the SHA-256 of the ``net.json`` that a certificate leaves, in hexadecimal."""
+    return hashlib.sha256(json_text(net_content(net)).encode()).hexdigest()
+
+
+def net_content(net: RoadNetwork) -> dict[str, Any]:
     """Return the net's nodes, and its roads each way: from, to, points, as plain data, metres."""
-    net, roads = problem.network, []
+    roads = []
     for road in range(len(net.road_ids)):
         a, b, shape = int(net.road_from[road]), int(net.road_to[road]), net.shape(road).tolist()
         roads += [(a, b, shape), (b, a, shape[::-1])]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, freeze
+from planner.arrays import Floats, Frozen, Ints, freeze
 from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
@@ -14,7 +14,7 @@ from planner.futures.futures import Futures
 
 
 @dataclass(frozen=True, eq=False)
-class MissionRecord:
+class MissionRecord(Frozen):
     """One flight per true target."""
 
     evaluation: Evaluation  # when each is found; failure counts as the horizon

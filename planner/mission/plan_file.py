@@ -125,9 +125,10 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"
         ) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); plan again") from error
     try:
+        json.dumps(content, allow_nan=False)  # it is written again with a certificate
         return _stored(content, network)
     except (KeyError, TypeError, ValueError, IndexError, AssertionError) as error:
         raise InputError(f"{path}: is no plan for this network ({error!r}); plan again") from error

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from planner.belief.prior import Prior
 from planner.belief.recipe import Drawn, OneTarget, Recipe
 from planner.belief.sampling import Sampling
+from planner.checked import instance, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -38,16 +40,21 @@ class Recorder:
     workers: int | None = None
     progress: Progress | None = None
 
+    def __post_init__(self) -> None:
+        instance("opened", self.opened, OpenScenario)
+        if self.workers is not None:
+            set_fields(self, {"workers": whole("workers", self.workers, least=1)})
+
     def planning(self, step: int | None = None) -> Recording:
         """Return the particles that planners work on; a number gives another, disjoint set."""
         search = self.opened.scenario.search
-        name = ("particles",) if step is None else ("particles", step)
+        name = ("particles",) if step is None else ("particles", whole("step", step))
         return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
 
     def bounding(self, number: int) -> Recording:
         """Return one of many sets of as many particles, independent draws whatever the scenario."""
         many = self.opened.scenario.search.particles
-        return self._drawn(self.opened.prior, many, ("bounding", number))
+        return self._drawn(self.opened.prior, many, ("bounding", whole("number", number)))
 
     def holdout(self) -> Recording:
         """Return the particles on which methods choose between plans."""
@@ -58,11 +65,13 @@ class Recorder:
 
     def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
         """Return the fresh targets on which plans are evaluated, independent draws."""
-        return self._drawn(self.opened.truth_prior, targets, ("evaluation",))
+        many = whole("targets", targets, least=1)
+        return self._drawn(self.opened.truth_prior, many, ("evaluation",))
 
     def truths(self, targets: int, *, seed: int) -> Recording:
         """Return true targets for missions, independent draws under their own seed."""
-        return self._drawn(self.opened.truth_prior, targets, ("truth",), seed=seed)
+        many, seed = whole("targets", targets, least=1), whole("seed", seed)
+        return self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed)
 
     def predefined(
         self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
@@ -73,6 +82,10 @@ class Recorder:
         """
         horizon_s = self.opened.scenario.search.horizon_s
         prior = self.opened.truth_prior
+        seed = whole("seed", seed)
+        instance("speed_mps", speed_mps, Real)
+        instance("offset_m", offset_m, Real)
+        speed_mps, offset_m = float(speed_mps), float(offset_m)
         target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, ("truth",))
         return self._recorded(target, {"route": list(route)})
 

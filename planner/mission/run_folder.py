@@ -8,6 +8,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.files import RECORD
 from planner.futures.store import Recording
+from planner.mission.certificate_file import sha256_of_motion, sha256_of_net
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.plan_file import StoredPlan, read_plan
 from planner.provenance import sha256_of_file, sha256_of_json
@@ -15,6 +16,7 @@ from planner.provenance import sha256_of_file, sha256_of_json
 # What `planner plan` and `planner fly` write; a certificate's files are named where it is written.
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
+OWN_FUTURES = "futures_path"  # key of the record: the file of --futures, if the plan is for that
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
 
 
@@ -38,12 +40,27 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     return opened, read_plan(folder / PLAN, opened.network)
 
 
+def own_futures(folder: Path) -> Path | None:
+    """Return the file of --futures that a run was planned on, None if it was on the scenario's.
+
+    Raises
+    ------
+    InputError
+        If its record holds something else there.
+    """
+    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
+    found = record.get(OWN_FUTURES)
+    if found is not None and not (isinstance(found, str) and found.isprintable()):
+        raise InputError(f"{folder / PROVENANCE}: {OWN_FUTURES} is no path; plan again")
+    return None if found is None else Path(found)
+
+
 def refuse_other_futures(folder: Path, recording: Recording) -> None:
     """Raise InputError unless a run was planned on the futures given."""
     if not is_planned_on(folder, recording):
         raise InputError(
-            f"{folder / PROVENANCE}: the plan was made on other futures than the scenario gives "
-            "now (given with --futures, or by another version); plan again without --futures"
+            f"{folder / PROVENANCE}: the plan was made on other futures than {recording.path} "
+            "holds now (the file has changed, or another version recorded them); plan again"
         )
 
 
@@ -56,9 +73,14 @@ def is_planned_on(folder: Path, recording: Recording) -> bool:
 def hashes(
     opened: OpenScenario, content: Mapping[str, Any], recording: Recording
 ) -> dict[str, str]:
-    """Return the SHA-256 of what went into a plan and of the plan."""
+    """Return the SHA-256 of what went into a plan and of the plan.
+
+    Two are of what a certificate will hold of it: ``net.json``, and motion with weights.
+    """
     return {
         "net": opened.network.sha256,
         "futures": sha256_of_file(recording.path),
         "plan": sha256_of_json(content),
+        "roads": sha256_of_net(opened.network),
+        "motion": sha256_of_motion(recording.futures),
     }

@@ -76,8 +76,8 @@ def _with_better(
 def _certificate_of(
     trial: Trial, certificate: Certificate | None, sides: TwoSided
 ) -> Certificate | None:
-    """Return the certificate of a plan, from that of another one if its bound holds for it too."""
-    if certificate is None or (certificate.plan_class == "roads" and not trial.plan.follows_roads):
+    """Return the certificate of a plan, from that of another one if both are of one class."""
+    if certificate is None or (certificate.plan_class == "roads") != trial.plan.follows_roads:
         return sides.bound(trial.plan, 0.0)
     return replace(certificate, value=trial.planned.figure)
 

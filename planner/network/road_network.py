@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
+from planner.checked import finite, indices, lengths, offsets
+from planner.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class RoadNetwork:
+class RoadNetwork(Frozen):
     """Nodes and roads as the UAV flies them, edges and turns as a target drives them.
 
     A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's; today
@@ -55,9 +57,25 @@ class RoadNetwork:
             turn_edge=np.int32,
             half_width_m=np.float64,
         )
-        assert len(self.half_width_m) == len(self.road_ids)
-        assert len(self.first_point) == len(self.road_ids) + 1
-        assert len(self.first_turn) == len(self.edge_ids) + 1
+        self._check()
+
+    def _check(self) -> None:
+        nodes, roads, edges = len(self.node_ids), len(self.road_ids), len(self.edge_ids)
+        if not roads or not edges:
+            raise InputError("road_ids, edge_ids: a network needs a road")
+        if self.node_xy_m.shape != (nodes, 2) or self.shape_xy_m.shape[1:] != (2,):
+            raise InputError("node_xy_m, shape_xy_m: should be x and y of each node and point")
+        lengths(
+            roads, road_from=self.road_from, road_to=self.road_to, half_width_m=self.half_width_m
+        )
+        edge = {"edge_length_m": self.edge_length_m, "edge_limit_mps": self.edge_limit_mps}
+        lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
+        offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
+        offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
+        indices(nodes, road_from=self.road_from, road_to=self.road_to)
+        indices(roads, edge_road=self.edge_road)
+        indices(edges, turn_edge=self.turn_edge)
+        finite(node_xy_m=self.node_xy_m, shape_xy_m=self.shape_xy_m, **edge)
 
     @cached_property
     def road_length_m(self) -> Floats:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats, Frozen, freeze
 from planner.errors import NotApplicableError
 from planner.flight.legs import Legs
 from planner.futures.futures import Pieces
@@ -91,7 +91,7 @@ def _own_figure(problem: Problem, cost: Floats | float) -> Floats | float:
 
 
 @dataclass(frozen=True, eq=False)
-class OrderValues:
+class OrderValues(Frozen):
     """The value of every order and direction of R roads, in rising order of their legs."""
 
     roads: int

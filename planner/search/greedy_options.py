@@ -1,11 +1,9 @@
 """The choices that the paper's pseudo-code leaves open; of each, the first is the default."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_type_hints
 
-import numpy as np
-
-from planner.errors import InputError
+from planner.checked import choice, number, set_fields
 from planner.search.problem import Directions
 
 
@@ -53,5 +51,7 @@ class GreedyOptions:
     ties: Literal["lowest index", "earliest end"] = "lowest index"
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.tick_s < np.inf:
-            raise InputError(f"greedy.tick_s: {self.tick_s} is not a time; use 0 or more seconds")
+        set_fields(self, {"tick_s": number("greedy.tick_s", self.tick_s, least=0.0)})
+        for name, kind in get_type_hints(type(self)).items():
+            if name != "tick_s":
+                choice(f"greedy.{name}", getattr(self, name), kind)

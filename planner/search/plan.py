@@ -2,7 +2,10 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from planner.arrays import Floats
+from planner.checked import indices, whole
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan, legs_flown, wait_flown, waypoints_flown
 from planner.search.problem import Problem
@@ -12,7 +15,14 @@ def plan_of_legs(problem: Problem, method: str, order: Sequence[int]) -> Plan:
     """Return the plan in which the UAV flies legs in the given order, straight in between.
 
     Legs after which it could not come home are left out, with all that follow.
+
+    Raises
+    ------
+    InputError
+        If the order holds anything but legs of the problem.
     """
+    order = [whole("order", leg) for leg in order]
+    indices(len(problem.legs), order=np.array(order, dtype=np.int64))
     in_transit = problem.sensor.detects_in_transit
     return legs_flown(
         problem.uav_at_start, problem.legs, order, method=method, in_transit=in_transit

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.checked import choice, flag, indices, instance, lengths, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.legs import Legs
@@ -34,6 +35,19 @@ class Problem:
     holdout: Futures | None = None  # other particles to choose plans on; none may be seen yet
     start: SearchState | None = None  # where the search stands; None: before take-off
     flown: tuple[Track, ...] = ()  # flights of others that are decided; no planner reads them yet
+
+    def __post_init__(self) -> None:
+        kinds = {
+            "network": RoadNetwork,
+            "futures": Futures,
+            "uav": Uav,
+            "sensor": Sensor,
+            "objective": Objective,
+        }
+        for name, kind in kinds.items():
+            instance(name, getattr(self, name), kind)
+        if self.start is not None:
+            lengths(len(self.futures), start=self.start.seen_at)
 
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
@@ -82,6 +96,10 @@ class Budget:
     stop: Stop = NEVER  # asked often; once it says so, the best so far is returned
     on_progress: Progress = silent  # is given the work done, all work, and the best value
 
+    def __post_init__(self) -> None:
+        counts = {name: whole(name, getattr(self, name)) for name in ("roads", "work")}
+        set_fields(self, {**counts, "free": flag("free", self.free)})
+
     def part(self, work: int, *, after: int = 0) -> "Budget":
         """Return the budget of a part of a search over roads, begun after some units of work."""
 
@@ -110,6 +128,9 @@ def candidate_legs(
         before its landing never are.
     """
     legs = problem.legs
+    choice("directions", directions, Directions)
+    removed = [whole("removed", road) for road in removed]
+    indices(len(legs) // 2, removed=np.array(removed, dtype=np.int64))
     transit_s = legs.transit_s(state.x_m, state.y_m)
     end_s = state.time_s + transit_s + legs.duration_s
     allowed = end_s + legs.home_s[legs.to_node] <= problem.uav.landing_s

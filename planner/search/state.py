@@ -4,12 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.arrays import Floats, freeze
+from planner.arrays import Floats, Frozen, freeze
+from planner.checked import number, same_length, set_fields
 from planner.flight.legs import Legs
 
 
 @dataclass(frozen=True, eq=False)
-class SearchState:
+class SearchState(Frozen):
     """One UAV between two legs, and what has been seen so far.
 
     The mission from here on needs nothing else: all that can be learnt before the detection is
@@ -25,6 +26,9 @@ class SearchState:
 
     def __post_init__(self) -> None:
         freeze(self, miss=np.float64, seen_at=np.float64)
+        same_length(miss=self.miss, seen_at=self.seen_at)
+        names = ("time_s", "x_m", "y_m")
+        set_fields(self, {name: number(name, getattr(self, name)) for name in names})
 
     @classmethod
     def of_sightings(cls, time_s: float, x_m: float, y_m: float, seen_at: Floats) -> "SearchState":

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from planner.checked import number, set_fields, whole
+
 
 class Stop(Protocol):
     """A rule that says when a search should end with the best it has so far."""
@@ -19,6 +21,9 @@ class WorkDone:
 
     most: int
 
+    def __post_init__(self) -> None:
+        set_fields(self, {"most": whole("most", self.most)})
+
     def __call__(self, work: int, /) -> bool:
         """Tell whether that many are done."""
         return work >= self.most
@@ -30,6 +35,9 @@ class Elapsed:
 
     seconds: float
     since_s: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        set_fields(self, {"seconds": number("seconds", self.seconds, ends=False)})
 
     def __call__(self, work: int, /) -> bool:  # noqa: ARG002
         """Tell whether they have passed."""

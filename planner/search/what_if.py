@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.checked import indices
 from planner.detection.first_detection import columns
 from planner.detection.objective import Objective
 from planner.flight.legs import Legs
@@ -152,6 +153,7 @@ class WhatIf:
     def _ways(self, state: SearchState, legs: Ints) -> tuple[Departure, Candidates, Transits]:
         """Return how legs can be flown to from where a state is, as the kernels take it."""
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
+        indices(len(self.problem.legs), legs=wanted)
         departure = _departure(state)
         transit_to, transits = _transits_from(self.problem.legs, departure.x_m, departure.y_m)
         candidates = Candidates(wanted, transit_to[self.problem.legs.from_node[wanted]])

@@ -79,3 +79,34 @@ def test_bad_requests(run: Commands, tmp_path: Path) -> None:
     assert refused.code == 2
     assert "10 or more" in refused.err
     assert not (tmp_path / "run" / "prices.parquet").exists()
+
+
+FCD = """<fcd-export>
+<timestep time="0">
+ <vehicle id="a" x="1000" y="0" speed="10" pos="1000" lane="AB_0"/>
+ <vehicle id="b" x="0" y="0" speed="20" pos="0" lane="AB_0"/>
+</timestep>
+<timestep time="100">
+ <vehicle id="a" x="2000" y="0" speed="10" pos="2000" lane="AB_0"/>
+ <vehicle id="b" x="2000" y="0" speed="20" pos="2000" lane="AB_0"/>
+</timestep>
+</fcd-export>
+"""
+
+
+def test_certify_on_futures_of_ones_own(run: Commands, tmp_path: Path) -> None:
+    """On the two vehicles of the file, also where it has moved; not once it has changed."""
+    own, folder = tmp_path / "own.xml", tmp_path / "run"
+    own.write_text(FCD, encoding="utf-8")
+    plan(run, folder, "--futures", str(own))
+    assert run("certify", folder, "--work", "3", "--json").json["particles"] == 2
+    assert verify(folder).returncode == 0
+    moved = own.rename(tmp_path / "moved.xml")
+    gone = run("certify", folder, "--work", "3", "--force")
+    assert (gone.code, "--futures FILE" in gone.err) == (2, True)
+    there = ("certify", folder, "--work", "3", "--force", "--futures", moved)
+    assert run(*there, "--json").json["particles"] == 2
+    assert "leave it out" in run(*there, "--sets", "10").err
+    moved.write_text(FCD.replace('pos="1000"', 'pos="1500"').replace('x="1000"', 'x="1500"'))
+    changed = run(*there)
+    assert (changed.code, "plan again" in changed.err) == (2, True)

@@ -18,12 +18,11 @@ from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified, earliest, gap_of
 from planner.bounds.movements import Movements
 from planner.detection.evaluate import evaluate
-from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
-from planner.flight.plan import Plan
+from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
 from planner.intervals import lower_limit
 from planner.mission.certificate_file import (
@@ -31,43 +30,31 @@ from planner.mission.certificate_file import (
     NET,
     PRICES,
     WEIGHTS,
-    certificate_content,
     read_certificate,
     write_better,
-    write_certificate,
 )
-from planner.mission.plan_file import plan_content, write_plan
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
+from support.certified_runs import reseal, write_certified
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
 
 VERIFY = Path(__file__).parents[2] / "tools" / "verify.py"
 
 
-def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 60) -> None:
-    """What `planner plan` and `planner certify` write, but for what verify.py does not read."""
-    planned: Evaluation = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
-    path = folder / "plan.json"
-    figures = {"planned": planned, "evaluated": planned, "seed": 1}
-    write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
-    certificate = certified(problem, plan, Effort(stop=WorkDone(steps)))
-    content = certificate_content(problem, certificate)
-    write_certificate(folder, problem, certificate, path, content)
-
-
 @pytest.fixture
 def wrong_claims(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], list[Any]]:
     """What verify.py, called as a module, finds wrong."""
     monkeypatch.syspath_prepend(VERIFY.parent)
-    run_of = import_module("verify").Run
+    checker = import_module("verify")
 
     def found(folder: Path) -> list[Any]:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return [claim for claim in run_of(folder).claims() if not claim.wrong <= 1e-6]
+            run = checker.Run(checker.read_inputs(folder))
+            return [claim for claim in run.claims() if not claim.wrong <= 1e-6]
 
     return found
 
@@ -255,6 +242,12 @@ def test_flights_that_are_no_whole_hops_are_refused(forged: str, tmp_path: Path)
     ways = [slice(legs.first_point[leg], legs.first_point[leg + 1]) for leg in curved]
     roads = [list(legs.x_m[way] + 1j * legs.y_m[way]) for way in ways]
     whole = flown(plan, [start, *roads[0], *roads[2]], uav.speed_mps)
+    time_s, first = whole.tracks[0].time_s, len(roads[0])
+    named = (
+        FlownLeg(int(curved[0]), time_s[0], time_s[1], time_s[first]),
+        FlownLeg(int(curved[2]), time_s[first], time_s[first + 1], time_s[-1]),
+    )
+    whole = replace(whole, legs=(named,))
     write_certified(tmp_path, problem, whole, steps=1)
     assert wrong(tmp_path) == []
     if forged == "bends":
@@ -294,21 +287,16 @@ def test_nobody_is_a_little_faster(forged: str, tmp_path: Path) -> None:
         ways = content["uavs"][0]["waypoints"]
         ways.append([ways[-1][0] - 1e-6, *ways[-1][1:]])
         (tmp_path / "plan.json").write_text(json.dumps(content))
+        reseal(tmp_path)
     assert wrong(tmp_path) == ["flight as its class allows"]
 
 
 @pytest.mark.parametrize("forged", ["negative", "above one", "not a number"])
 def test_weights_that_are_no_probabilities_are_refused(forged: str, tmp_path: Path) -> None:
     problem = small_problem()
-    weight = np.array(problem.futures.weight)
-    if forged == "negative":
-        weight[0] *= -0.5
-    plan = rate_plan(problem)
-    forged_problem = problem.replace(futures=replace(problem.futures, weight=weight))
-    write_certified(tmp_path, forged_problem, plan, steps=5)
-    if forged != "negative":
-        factor = 1.2 if forged == "above one" else np.nan
-        change_parquet(tmp_path / WEIGHTS, "weight", lambda values: values * factor)
+    write_certified(tmp_path, problem, rate_plan(problem), steps=5)
+    factor = {"negative": -0.5, "above one": 1.2, "not a number": np.nan}[forged]
+    change_parquet(tmp_path / WEIGHTS, "weight", lambda values: values * factor)
     assert "weights are probabilities" in wrong(tmp_path)
 
 

@@ -1,0 +1,70 @@
+"""What stored prices prove: the bound of a certificate worked out again, without a search."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.bounds.branch_and_bound import Flights, Prefix
+from planner.bounds.kernels.prices import Start
+from planner.bounds.movements import Movements, Place
+from planner.bounds.particle_prices import Table, table_of
+
+
+def proven_reward(movements: Movements, bin_s: float, proof: Mapping[Prefix, Floats]) -> float:
+    """Return the most that prices let any road plan earn; infinity if they prove nothing.
+
+    Parameters
+    ----------
+    proof
+        Prices by prefix, (N,) each in units of reward. Those of a prefix count only if the one
+        that it goes on from has prices too.
+
+    Raises
+    ------
+    NotApplicableError
+        As `planner.bounds.particle_prices.table_of`.
+    """
+    if () not in proof or any(np.any(~(price >= 0.0)) for price in proof.values()):
+        return np.inf
+    return _Proof(movements, bin_s, proof).reward()
+
+
+class _Proof:
+    """A table of what can be seen, and the prices to hold against it."""
+
+    def __init__(self, movements: Movements, bin_s: float, proof: Mapping[Prefix, Floats]) -> None:
+        self._proof, self._flights = proof, Flights(movements)
+        self._weight, self._table = movements.problem.futures.weight, table_of(movements, bin_s)
+
+    def reward(self) -> float:
+        price, table = self._proof[()], self._table
+        table.bound(price)
+        first = [
+            (prefix, place, self._inherited(price, table, place, place.node, np.inf))
+            for prefix, place in self._flights.begin()
+        ]
+        return max(0.0, *(self._most(*one) for one in first))
+
+    def _most(self, prefix: Prefix, place: Place, inherited: float) -> float:
+        """Return the most that plans with a prefix earn: by its own prices, or its parent's."""
+        if prefix not in self._proof:
+            return inherited
+        price, unseen = self._proof[prefix], place.reward == 0.0
+        start = Start(place.node, self._table.bins.at(place.time_s), np.zeros(len(price)))
+        table = self._table.narrowed(self._table.floor, unseen, (start,))
+        table.bound(price)
+        # All are looked up before the next prefix's values take the place of these.
+        onward = []
+        for hop, state in self._flights.onward(place.node):
+            there = self._flights.further(place, hop)
+            bound = self._inherited(price, table, there, state, inherited)
+            onward.append(((*prefix, hop), there, bound))
+        earned = float(self._weight @ place.reward)
+        return max(earned, *(self._most(*one) for one in onward))
+
+    def _inherited(
+        self, price: Floats, table: Table, place: Place, state: int, inherited: float
+    ) -> float:
+        earned = float(self._weight @ np.where(place.reward > 0.0, place.reward, price))
+        return min(inherited, earned + table.onward(state, table.bins.at(place.time_s)))

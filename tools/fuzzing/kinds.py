@@ -1,0 +1,196 @@
+"""What is tried: for each kind of file that users bring, small sound ones and a command."""
+
+import csv
+import random
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow
+import pyarrow.parquet
+
+from fuzzing.mutations import NESTED, NUMBERS, WORDS
+
+ROOT = Path(__file__).parents[2]
+FIGURE3 = ROOT / "sumo_nets" / "figure3"
+SMALL = ("--method", "wait", "--targets", "5", "--json")
+KNOTS = (
+    (0, 0.0, 0.0, 0.0),
+    (0, 500.0, 5000.0, 0.0),
+    (1, 0.0, 5000.0, 0.0),
+    (1, 500.0, 7500.0, 2000.0),
+)
+SAMPLES = ((0, "a", 0.0), (0, "b", 500.0), (60, "a", 600.0), (60, "b", 1100.0), (120, "a", 1200.0))
+TURNS = """<turns><interval begin="0" end="3600">
+<edgeRelation from="AB" to="BC" probability="0.7"/>
+<edgeRelation from="AB" to="BD" probability="0.3"/>
+</interval></turns>
+"""
+EXPERIMENT = """title = "two methods"
+scenario = "scenario.toml"
+replicates = 3
+[factors]
+method = ["wait", "greedy"]
+"search.horizon_s" = [3600, 4000]
+"""
+KEYS = (
+    *("search.seed", "search.horizon_s", "search.particles", "search.sampling", "search.objective"),
+    *("uav.speed_mps", "uav.start.x_m", "uav.start", "uav.take_off_s", "uav.return_to", "title"),
+    *("target.start.AB", "target.start", "target.speed_mps", "target.turning", "target.distance_m"),
+    *("sensor.radius_m", "greedy.tick_s", "network.nodes", "network.net", "truth.start", "x", ""),
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file, its command, and which of the files in a seed folder are changed."""
+
+    name: str
+    seeds: Callable[[Path], None]  # puts the sound files into a folder
+    changes: tuple[str, ...]  # one of these is changed
+    words: tuple[str, ...] = ()  # of the command; empty: verify.py
+    is_read: bool = True  # False: the planner does not read such files
+
+    def command(self, rng: random.Random) -> list[str]:
+        """Return the words of the command; with --set, a value of chance."""
+        if self.name != "set":
+            return list(self.words)
+        value = rng.choice((*NUMBERS, *WORDS, *NESTED, "{ constant = 1 }", "[1, 2]", '"AB"'))
+        key = rng.choice(KEYS)
+        return [*self.words, "--set", f"{key}={value}".replace("\x00", "")]
+
+
+def _scenario(folder: Path) -> None:
+    for name in ("scenario.toml", "figure3.nod.xml", "figure3.edg.xml"):
+        shutil.copy(FIGURE3 / name, folder)
+
+
+def _experiment(folder: Path) -> None:
+    _scenario(folder)
+    (folder / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
+
+
+def _turns(folder: Path) -> None:
+    _scenario(folder)
+    (folder / "turns.xml").write_text(TURNS, encoding="utf-8")
+
+
+def _net(folder: Path) -> None:
+    from planner.mission.opening import open_scenario
+
+    _scenario(folder)
+    shutil.copy(open_scenario("figure3").network.path, folder / "net.net.xml")
+
+
+def _fcd_xml(folder: Path) -> None:
+    lines = ["<fcd-export>"]
+    for time_s in sorted({time_s for time_s, *_ in SAMPLES}):
+        lines.append(f'<timestep time="{time_s}">')
+        lines += [
+            f'<vehicle id="{name}" x="{x_m}" y="0" speed="10" pos="{x_m}" lane="AB_0"/>'
+            for at_s, name, x_m in SAMPLES
+            if at_s == time_s
+        ]
+        lines.append("</timestep>")
+    (folder / "fcd.xml").write_text("\n".join([*lines, "</fcd-export>\n"]), encoding="utf-8")
+
+
+def _fcd_csv(folder: Path) -> None:
+    with (folder / "fcd.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, delimiter=";")
+        rows.writerow(f"{'timestep' if name == 'time' else 'vehicle'}_{name}" for name in _FCD)
+        rows.writerows(zip(*_fcd_columns().values(), strict=True))
+
+
+_FCD = ("time", "id", "x", "y", "speed", "pos", "lane")
+
+
+def _fcd_columns() -> dict[str, Sequence[object]]:
+    time_s, names, x_m = zip(*SAMPLES, strict=True)
+    count = len(SAMPLES)
+    columns = (time_s, names, x_m, [0.0] * count, [10.0] * count, x_m, ["AB_0"] * count)
+    return dict(zip(_FCD, columns, strict=True))
+
+
+def _fcd_parquet(folder: Path) -> None:
+    columns = _fcd_columns() | {"time": [float(time_s) for time_s, *_ in SAMPLES]}
+    named = {
+        f"{'timestep' if name == 'time' else 'vehicle'}_{name}": column
+        for name, column in columns.items()
+    }
+    pyarrow.parquet.write_table(pyarrow.table(named), folder / "fcd.parquet")
+
+
+def _futures(folder: Path) -> None:
+    particle, *columns = zip(*KNOTS, strict=True)
+    knots = dict(zip(("time_s", "x_m", "y_m"), columns, strict=True))
+    table = {"particle": pyarrow.array(particle, "int32"), **knots}
+    pyarrow.parquet.write_table(pyarrow.table(table), folder / "futures.parquet")
+    beside = {
+        "particle": pyarrow.array([0, 1], "int32"),
+        "weight": [0.3, 0.7],
+        "at_end": ["stays", "gone"],
+        "speed_mps": [10.0, 5.0],
+        "route": ["AB", "BC"],
+    }
+    pyarrow.parquet.write_table(pyarrow.table(beside), folder / "particles.parquet")
+
+
+def _run(folder: Path) -> None:
+    """Plan and certify, in the process itself; there is nothing to see of it."""
+    from planner.cli import main
+
+    options = ("--set", "search.sampling=iid", "--set", "search.particles=8", "--targets", "5")
+    run = str(folder / "run")
+    main(["plan", "figure3", "--method", "rate", *options, "--json", "-o", run])
+    main(["certify", run, "--work", "3", "--json"])
+
+
+RUN = ("run/plan.json", "run/plan.json", "run/run.json", "run/prices.parquet")
+PROOF = tuple(f"run/{name}.parquet" for name in ("motion", "weights", "prices"))
+OWN = ("plan", str(FIGURE3), *SMALL, "--futures")
+
+KINDS = (
+    Kind("scenario", _scenario, ("scenario.toml",), ("build", ".", "--json")),
+    Kind("scenario planned", _scenario, ("scenario.toml",), ("plan", ".", *SMALL)),
+    Kind("set", _scenario, (), ("build", ".", "--json")),
+    Kind(
+        "experiment",
+        _experiment,
+        ("experiment.toml",),
+        ("experiment", "experiment.toml", "--dry-run", "--json"),
+    ),
+    Kind("sources", _scenario, ("figure3.nod.xml", "figure3.edg.xml"), ("build", ".", "--json")),
+    Kind("net", _net, ("net.net.xml",), ("build", ".", "-n", "net.net.xml", "--json")),
+    Kind(
+        "turns",
+        _turns,
+        ("turns.xml",),
+        ("build", ".", "--set", 'target.turning={file="turns.xml"}', "--json"),
+    ),
+    Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
+    Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv"), is_read=False),
+    Kind("fcd parquet", _fcd_parquet, ("fcd.parquet",), (*OWN, "fcd.parquet")),
+    Kind("futures", _futures, ("futures.parquet", "particles.parquet"), (*OWN, "futures.parquet")),
+    Kind("fly", _run, RUN, ("fly", "run", "--targets", "5", "--json")),
+    Kind("certify", _run, RUN, ("certify", "run", "--work", "1", "--force", "--json")),
+    Kind("verify", _run, (*RUN[1:], *PROOF, "run/net.json")),
+)
+
+
+def call_of(kind: Kind, words: Sequence[str]) -> Callable[[], int]:
+    """Return the call of a command's words, or of verify.py."""
+    import verify
+
+    from planner.cli import main
+
+    if not kind.words:
+        return lambda: verify.main(["run"])
+
+    def call() -> int:
+        sys.argv = ["planner", *words]
+        return main(list(words))
+
+    return call

@@ -1,0 +1,60 @@
+"""Whether a flight is the one that its plan tells of, road by road, for verify.py."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from verify_files import Array
+from verify_inputs import NamedLeg, Net
+
+
+class LegOn(NamedTuple):
+    """A leg that a flight contains: its number, and the parts of the flight on it."""
+
+    number: int
+    parts: range  # by their first point
+
+
+def legs_on(place: Array, routes: Sequence[Any], nodes: Array) -> list[LegOn] | None:
+    """Return the legs that a flight contains, in order.
+
+    None if the flight does not consist of whole hops.
+
+    Parameters
+    ----------
+    place
+        The points of the flight, complex numbers as those of the legs' routes and of the nodes.
+    """
+    i, found, legs = 0, list[LegOn](), [route.place for route in routes]
+    while i < len(place) - 1:
+        flown = (n for n, leg in enumerate(legs) if np.array_equal(leg, place[i : i + len(leg)]))
+        leg = next(flown, None)
+        if leg is not None:
+            found.append(LegOn(leg, range(i, i + len(legs[leg]) - 1)))
+        elif place[i + 1] not in nodes:
+            return None  # neither a leg nor a straight flight to a node
+        i = i + 1 if leg is None else found[-1].parts.stop
+    return found
+
+
+def are_flown(named: Sequence[NamedLeg], legs: list[LegOn], time_s: Array, net: Net) -> bool:
+    """Tell whether a flight contains the roads that its plan names, in order and at their times.
+
+    One name is one road or node, wherever it stands. The flight may contain other legs as well:
+    a way from road to road may lead along one.
+    """
+    ends_s, roads, nodes, left = time_s[0], dict[str, int](), dict[str, int](), iter(legs)
+    for leg in named:
+        departs_s, *times_s = leg.times_s
+        of_flight = (
+            on for on in left if [time_s[on.parts.start], time_s[on.parts.stop]] == times_s
+        )
+        on = next(of_flight, None)
+        if on is None or departs_s != ends_s:
+            return False
+        ends_s, ends = times_s[1], net.roads[on.number][:2]
+        if roads.setdefault(leg.road, on.number // 2) != on.number // 2:
+            return False
+        if any(nodes.setdefault(*pair) != pair[1] for pair in zip(leg.ends, ends, strict=True)):
+            return False
+    return bool(named)
