@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Ints, Offsets, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +36,16 @@ class RoadNetwork:
     # (R,) metres from the drawn line to where a target may be beside it; left out: none
     half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
     projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
+    # (T,) straight back where there is another way on: taken only by who is said to; left out: none
+    turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
+    closed_edge_ids: tuple[str, ...] = ()  # of edges that no car may use, which have no index
+    source: Path | None = None  # the file that the user gave, if it is not ``path``
 
     def __post_init__(self) -> None:
         if len(self.half_width_m) == 0:
             object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
+        if len(self.turn_back) == 0:
+            object.__setattr__(self, "turn_back", np.zeros(len(self.turn_edge), bool))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -54,9 +60,11 @@ class RoadNetwork:
             first_turn=np.int64,
             turn_edge=np.int32,
             half_width_m=np.float64,
+            turn_back=np.bool_,
         )
         assert len(self.half_width_m) == len(self.road_ids)
         assert len(self.first_point) == len(self.road_ids) + 1
+        assert len(self.turn_back) == len(self.turn_edge)
         assert len(self.first_turn) == len(self.edge_ids) + 1
 
     @cached_property
@@ -80,9 +88,26 @@ class RoadNetwork:
         """Index of each node by its name."""
         return {name: i for i, name in enumerate(self.node_ids)}
 
-    def turns(self, edge: int) -> Ints:
-        """Return the edges that a target may drive after ``edge``, (k,)."""
-        return self.turn_edge[self.first_turn[edge] : self.first_turn[edge + 1]]
+    def turns(self, edge: int, *, back: bool = False) -> Ints:
+        """Return the edges that a target may drive after ``edge``, (k,).
+
+        Parameters
+        ----------
+        back
+            Whether to return ways straight back as well where there is another way on.
+        """
+        ways = slice(self.first_turn[edge], self.first_turn[edge + 1])
+        return self.turn_edge[ways] if back else self.turn_edge[ways][~self.turn_back[ways]]
+
+    @property
+    def given_as(self) -> Path:
+        """The file that messages name: the user's own."""
+        return self.source or self.path
+
+    @cached_property
+    def closed_edges(self) -> frozenset[str]:
+        """Names of the edges that no car may use."""
+        return frozenset(self.closed_edge_ids)
 
     def shape(self, road: int) -> Floats:
         """Return a road's polyline, (k, 2) metres."""
