@@ -132,7 +132,7 @@ class SearchSection(Section):
         description='the deadline of objective = "probability", as seconds or H:M:S on the '
         "target's clock",
     )
-    particles: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
+    particles: Annotated[int, Field(ge=1)] = Field(
         default=1000, description="how many possible targets are simulated, such as 1000"
     )
     sampling: Literal["iid", "sobol", "all"] = "iid"

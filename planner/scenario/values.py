@@ -54,10 +54,10 @@ def at_least(least: float, unit: str, *, or_zero: bool = False) -> AfterValidato
 
 
 # Ranges are wide, but such that nothing computed from numbers within them overflows.
-Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
 Distance = Annotated[float, Field(ge=0, le=FARTHEST_M, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=1e12, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Name = Annotated[str, BeforeValidator(name_of)]
 Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
