@@ -30,6 +30,24 @@ def seconds(value: object) -> float:
     )
 
 
+def sumo_seconds(text: str) -> float:
+    """Return the seconds of a time as SUMO writes it: seconds, "H:M:S" or "D:H:M:S".
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    parts = re.fullmatch(r"([+-]?)(\d{1,9}):(.+)", text.strip())
+    if parts is not None and parts[3].count(":") == 2:
+        later_s = int(parts[2]) * 86400.0 + seconds(parts[3])
+        return -later_s if parts[1] == "-" else later_s
+    if parts is not None and parts[1]:
+        later_s = seconds(text.strip()[1:])
+        return -later_s if parts[1] == "-" else later_s
+    return seconds(text)
+
+
 def clock(time_s: float) -> str:
     """Return a time as H:MM:SS, to the nearest second."""
     sign, whole = ("-", -round(time_s)) if round(time_s) < 0 else ("", round(time_s))

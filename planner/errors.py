@@ -3,9 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from planner.messages import plain
+
 
 class PlannerError(Exception):
-    """Any fault that a user can mend; its text says where it lies and what to do."""
+    """Any fault that a user can mend; its text, one line, says where it lies and what to do."""
+
+    def __str__(self) -> str:
+        return plain(super().__str__())
 
 
 class InputError(PlannerError, ValueError):
@@ -21,7 +26,7 @@ class Fault:
     unknown: bool = False  # whether there is no such key, so that no value would do
 
     def __str__(self) -> str:
-        return f"{self.key}: {self.text}"
+        return plain(f"{self.key}: {self.text}")
 
     def is_about(self, *beginnings: str) -> bool:
         """Return whether its key begins with one of these; a misspelt longer one counts too."""
@@ -47,6 +52,9 @@ class ScenarioError(InputError):
         self.source = source
         self.faults = tuple(faults)
         super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
+
+    def __str__(self) -> str:
+        return "\n".join(f"{plain(self.source)}: {fault}" for fault in self.faults)
 
     def __reduce__(self) -> tuple[type["ScenarioError"], tuple[str, tuple[Fault, ...]]]:
         return type(self), (self.source, self.faults)

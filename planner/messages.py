@@ -2,10 +2,24 @@
 
 import difflib
 import json
+import re
 from collections.abc import Iterable
 from typing import Any
 
 LONGEST = 60  # characters of a value that a message shows
+
+
+# What a terminal obeys or cannot show: controls, marks that turn text round, halves of characters.
+UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def plain(text: str) -> str:
+    """Return a text without what a terminal obeys: each such character as it is escaped in code.
+
+    Names, titles, keys and paths are other people's words; nothing of them goes to a terminal or
+    into a picture but through here.
+    """
+    return UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 def as_written(value: Any) -> str:

@@ -28,7 +28,9 @@ class Prior(Frozen):
     edge_probability: Floats  # (E,) p(r0), sums to one
     distance_m: Distribution | None  # p(d0) along the first edge; None: anywhere on it
     speed_mps: Distribution  # p(v0)
-    turn_probability: Floats  # (T,) as network.turn_edge; sums to one for each edge with turns
+    turn_probability: (
+        Floats  # (T,) as network.turn_edge; sums to one for each edge with turns, or to 0 at a sink
+    )
     speed_per_road: bool  # True: a new speed is drawn on every road
     driving: Driving
     gone: bool  # True: vanishes at its route's end, False: rests there
@@ -93,13 +95,17 @@ def turn_probability(network: RoadNetwork, turns: TurnTable) -> Floats:
     Parameters
     ----------
     turns
-        Probabilities by the names of the two edges; edges that are not in it turn equally.
+        Probabilities by the names of the two edges; edges that are not in it turn equally, and
+        never straight back where there is another way. One without any way on is a sink.
     """
-    count = np.diff(network.first_turn)
-    probability = np.repeat(1 / np.maximum(count, 1), count)
+    onward = ~network.turn_back
+    left = np.repeat(np.arange(len(network.edge_ids)), np.diff(network.first_turn))
+    count = np.bincount(left[onward], minlength=len(network.edge_ids))
+    probability = np.where(onward, 1 / np.maximum(count, 1)[left], 0.0)
     for start, ways in turns.items():
         edge = network.edge_index[start]
-        onward = slice(network.first_turn[edge], network.first_turn[edge + 1])
-        shares = np.array([ways.get(network.edge_ids[end], 0.0) for end in network.turns(edge)])
-        probability[onward] = shares / shares.sum()
+        leaving = slice(network.first_turn[edge], network.first_turn[edge + 1])
+        names = [network.edge_ids[end] for end in network.turns(edge, back=True)]
+        shares = np.array([ways.get(name, 0.0) for name in names])
+        probability[leaving] = shares / (shares.sum() or 1.0)
     return np.asarray(probability)

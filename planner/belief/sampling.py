@@ -126,11 +126,13 @@ def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
         raise InputError("route: is empty; name at least one edge")
     for name in route:
         if name not in network.edge_index:
+            if name in network.closed_edges:
+                raise InputError(f"route: {name} is not for cars; name edges that a car may use")
             hint = suggestion(name, network.edge_ids)
             raise InputError(f"route: {name} is not an edge of the network; {hint}")
     edges = [network.edge_index[name] for name in route]
     for before, after in pairwise(edges):
-        ways = network.turns(before)
+        ways = network.turns(before, back=True)
         if after not in ways:
             onward = ", ".join(network.edge_ids[way] for way in ways) or "nothing"
             names = network.edge_ids[before], network.edge_ids[after]

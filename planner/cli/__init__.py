@@ -1,6 +1,7 @@
 """The command line: parse, call, exit codes. Each command has a file of its own beside this one."""
 
 import argparse
+import io
 import logging
 import os
 import sys
@@ -12,6 +13,7 @@ from typing import Any, NoReturn, Protocol
 
 from planner.errors import PlannerError
 from planner.interrupts import stopped_by_signals
+from planner.messages import plain
 
 BAD_INPUT = 2
 
@@ -82,6 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # What a library has to say of its own code helps nobody who types a command.
         warnings.simplefilter("ignore")
     with stopped_by_signals():
+        _show_what_cannot_be_encoded()
         words = sys.argv[1:] if argv is None else list(argv)
         arguments = parser_for(words).parse_args(words)
         with _log_lines(arguments.verbose):
@@ -191,7 +194,7 @@ class _Parser(argparse.ArgumentParser):
         """End the program with what is wrong and where to find help."""
         command = self.prog.removeprefix("planner").strip()
         fault = f"{command}: {message}" if command else message
-        self.exit(BAD_INPUT, f"planner: {fault}; see {self.prog} --help\n")
+        self.exit(BAD_INPUT, f"planner: {plain(fault)}; see {self.prog} --help\n")
 
 
 class _Version(argparse.Action):
@@ -212,10 +215,10 @@ def _refused(error: Exception) -> int:
     elif isinstance(error, OSError):
         lines = [f"{error.filename or 'standard output'}: {error.strerror or error}"]
     else:
-        lines = str(error).splitlines()
+        lines = str(error).split("\n")
     with suppress(OSError):
         for line in lines:
-            print(f"planner: {line}", file=sys.stderr)
+            print(f"planner: {plain(line)}", file=sys.stderr)
     return BAD_INPUT
 
 
@@ -240,12 +243,28 @@ class _Once(logging.Filter):
         return not again
 
 
+class _Plain(logging.Formatter):
+    """Writes records in one line each, without what a terminal obeys."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:
+        """Return the line of a record."""
+        record.message = plain(record.message)
+        return super().formatMessage(record)
+
+
+def _show_what_cannot_be_encoded() -> None:
+    """Have characters that the terminal's encoding lacks written by their numbers."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 @contextmanager
 def _log_lines(verbose: int) -> Iterator[None]:
     """Write the package's own log to stderr."""
     log = logging.getLogger("planner")
     lines = logging.StreamHandler()
-    lines.setFormatter(logging.Formatter("planner: %(message)s"))
+    lines.setFormatter(_Plain("planner: %(message)s"))
     lines.addFilter(_Once())
     log.addHandler(lines)
     log.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])

@@ -6,8 +6,10 @@ It loads none of the stages, so that `planner doctor` can print where their libr
 import argparse
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TextIO
+
+from planner.messages import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,16 +26,25 @@ def console(file: TextIO | None = None) -> "Console":
         Standard output if not given.
     """
     from rich.console import Console
+    from rich.segment import Segment
+
+    class Plain(Console):
+        """Writes other people's words without what a terminal obeys."""
+
+        def render(self, *what: Any, **how: Any) -> Iterator[Segment]:
+            for text, style, control in super().render(*what, **how):
+                shown = text if control else "\n".join(map(plain, text.split("\n")))
+                yield Segment(shown, style, control)
 
     verbatim: dict[str, Any] = {
         "highlight": False,
         "markup": False,
         "emoji": False,
     }  # names may hold [brackets]
-    found = Console(file=file, **verbatim)
+    found = Plain(file=file, **verbatim)
     if found.is_terminal or "COLUMNS" in os.environ:
         return found
-    return Console(file=file, width=PLAIN_WIDTH, **verbatim)
+    return Plain(file=file, width=PLAIN_WIDTH, **verbatim)
 
 
 def print_result(
@@ -50,7 +61,8 @@ def print_result(
 
 def print_json(content: Any) -> None:
     """Print plain data as JSON on stdout."""
-    print(json.dumps(content, indent=1, allow_nan=False))
+    # JSON may hold DEL as it is; all else that a terminal obeys is escaped anyway.
+    print(json.dumps(content, indent=1, allow_nan=False).replace("\x7f", "\\u007f"))
 
 
 def summary_lines(summary: Mapping[str, Any]) -> list[str]:

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from planner.messages import plain
 from planner.progress import Progress
 
 log = logging.getLogger(__name__)
@@ -23,6 +24,7 @@ def progress_bar(title: str) -> Iterator[Progress]:
         return
     from rich import progress as rich
     from rich.console import Console
+    from rich.markup import escape
 
     columns = (
         rich.TextColumn("{task.description}"),
@@ -35,8 +37,8 @@ def progress_bar(title: str) -> Iterator[Progress]:
 
         def update(done: int, total: int, note: str = "", /) -> None:
             if not tasks:
-                tasks.append(bar.add_task(title, total=total))
-            text = f"{title}: {note}" if note else title
+                tasks.append(bar.add_task(escape(plain(title)), total=total))
+            text = escape(plain(f"{title}: {note}" if note else title))
             bar.update(tasks[0], completed=done, total=total, description=text)
 
         yield update

@@ -1,6 +1,6 @@
 """An experiment file, read and checked before anything is run."""
 
-import tomllib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +13,7 @@ from planner.experiments.results import METRICS
 from planner.experiments.run_condition import NO_STUDIES, Studies
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
+from planner.guard import read_toml
 from planner.messages import as_written, suggestion
 from planner.mission.recorder import FRESH_TARGETS
 from planner.scenario.draft import read_draft
@@ -20,6 +21,8 @@ from planner.scenario.sections import TargetSection
 from planner.scenario.source import scenario_path
 from planner.search.methods import method_named
 
+MOST_CONDITIONS = 200_000  # of a file: each is listed, and takes a file of results
+LARGEST_NUMBER = 10**12
 OF_A_BLOCK = ("factors", "set", "replicates")
 KNOWN = (
     "title",
@@ -74,7 +77,7 @@ def read_experiment(place: str | Path, studies: Studies = NO_STUDIES) -> Experim
         If there is no such file or something in it is wrong; the text names file, key and remedy.
     """
     path = experiment_path(place)
-    table = _parsed(path)
+    table = read_toml(path)
     _refuse_unknown(path, "", table, KNOWN)
     blocks = _blocks(path, table)
     whole = _whole(path, table, studies)
@@ -83,15 +86,6 @@ def read_experiment(place: str | Path, studies: Studies = NO_STUDIES) -> Experim
     for part in parts:
         _refuse_unknown_keys(part)
     return experiment
-
-
-def _parsed(path: Path) -> Table:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML ({error}); correct it there") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
 
 
 def _refuse_unknown(path: Path, within: str, table: Table, known: tuple[str, ...]) -> None:
@@ -156,10 +150,17 @@ def _block(whole: Experiment, table: Table, block: Table) -> Experiment:
     factors = {**_table(path, table, "factors"), **_table(path, block, "factors")}
     settings = {**_table(path, table, "set"), **_table(path, block, "set")}
     seeds = _number(path, {**table, **block}, "replicates", default=1)
+    levels = _factors(path, factors, needed=not whole.study)
+    count = seeds * math.prod(map(len, levels.values()))
+    if count > MOST_CONDITIONS:
+        raise InputError(
+            f"{path}: makes {count:,} conditions; choose fewer levels or replicates, for at most "
+            f"{MOST_CONDITIONS:,}"
+        )
     return replace(
         whole,
         block=_text(path, block, "name", default="-").strip("-"),
-        factors=_factors(path, factors, needed=not whole.study),
+        factors=levels,
         fixed=_overrides(path, "set", settings),
         seeds=tuple(range(first, first + seeds)),
     )
@@ -225,8 +226,10 @@ def _text(path: Path, table: Table, key: str, *, default: str | None = None) -> 
 
 def _number(path: Path, table: Table, key: str, *, default: int, least: int = 1) -> int:
     value = table.get(key, default)
-    if type(value) is not int or value < least:
+    if type(value) is not int or not least <= value <= LARGEST_NUMBER:
         remedy = f"give a whole number from {least} on"
+        if type(value) is int and value > LARGEST_NUMBER:
+            remedy = f"give at most {LARGEST_NUMBER:,}"
         raise InputError(f"{path}: {key}: should not be {as_written(value)}; {remedy}")
     return value
 

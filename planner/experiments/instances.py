@@ -1,6 +1,5 @@
 """A frozen set of search problems, each with the best plan known, for methods to be compared on."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from planner.experiments.condition import Condition, toml_text
 from planner.files import shipped, shipped_names
 from planner.flight.legs import legs_named
 from planner.futures.futures import Futures
+from planner.guard import parsed_toml, read_text
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.scenario.source import scenario_path
@@ -91,11 +91,11 @@ def read_instances(path: Path) -> list[Instance]:
         If it is missing or broken.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))["instance"]
+        tables = parsed_toml(read_text(path))["instance"]
         return [_instance(table) for table in tables]
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError) as error:
+    except InputError:
+        raise
+    except (ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"{path}: holds no instances ({error}); each needs {', '.join(KEYS)}"
         ) from error

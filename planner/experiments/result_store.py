@@ -11,6 +11,7 @@ from planner.errors import InputError, OutputError, PlannerError
 from planner.experiments.condition import Condition
 from planner.experiments.run_condition import Outcome, reason_of
 from planner.files import write_json
+from planner.guard import parsed_json
 from planner.provenance import versions
 from planner.scenario.draft import read_scenario
 
@@ -104,7 +105,7 @@ def _digest(parts: Iterable[str]) -> str:
 
 def _read(path: Path) -> dict[str, Any] | None:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = parsed_json(path.read_text(encoding="utf-8-sig"))
     except (FileNotFoundError, ValueError):
         return None  # not there, or damaged: it is run again
     except OSError as error:

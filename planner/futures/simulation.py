@@ -57,16 +57,21 @@ def simulate(network: RoadNetwork, run: Run) -> Samples:
     sumo_environment()
     with TemporaryDirectory(prefix="planner-") as folder:
         work = Path(folder)
-        (work / "routes.xml").write_text("\n".join(_route_file(run)))
-        with _own_message(work / "errors.txt"):
-            _drive(run, _options(network.path, run, work))
+        # Characters beyond ASCII by their numbers: read alike in every locale.
+        routes = "\n".join(_route_file(run)).encode("ascii", "xmlcharrefreplace")
+        (work / "routes.xml").write_bytes(routes)
+        # SUMO parts paths at commas and puts variables into them.
+        link = work / f"net{'.net.xml.gz' if network.path.suffix == '.gz' else '.net.xml'}"
+        link.symlink_to(network.path.resolve())
+        with _own_message(work / "errors.txt", link, network.given_as):
+            _drive(run, _options(link, run, work))
         try:
             samples = read_samples(work / "fcd.parquet", network)
         except InputError as error:
-            raise SumoError(f"SUMO recorded no motion on {network.path}") from error
+            raise SumoError(f"SUMO recorded no motion on {network.given_as}") from error
     missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
     if missing:
-        raise SumoError(f"SUMO never let particle {min(missing)} into {network.path}")
+        raise SumoError(f"SUMO never let particle {min(missing)} into {network.given_as}")
     return samples
 
 
@@ -124,14 +129,15 @@ def _route_file(run: Run) -> Iterator[str]:
 
 
 @contextmanager
-def _own_message(errors: Path) -> Iterator[None]:
+def _own_message(errors: Path, link: Path, net: Path) -> Iterator[None]:
     """Put SUMO's own words in the place of libsumo's "Process Error"."""
     libsumo = import_libsumo()
     try:
         with _stderr_into(errors):
             yield
     except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
-        raise SumoError(f"SUMO failed: {_reason(str(error), errors)}") from error
+        reason = _reason(str(error), errors).replace(str(link), str(net))
+        raise SumoError(f"SUMO failed: {reason}") from error
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """A scenario with its network open: all that a search starts from, or every fault at once."""
 
+import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,13 +16,9 @@ from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import Scenario, TargetSection, UavSection
-from planner.scenario.values import (
-    NodeLanding,
-    NodeStart,
-    PointStart,
-    UavStart,
-    probability_fault,
-)
+from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
+
+log = logging.getLogger(__name__)
 
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
@@ -69,7 +66,7 @@ def open_scenario(
     turns: dict[str, TurnTable] = {}
     if network is not None:
         for key, target, names in _targets(draft):
-            turns[key], found = _turns(key, target, network, draft.folder)
+            turns[key], found = _turns(key, target, network, draft)
             found += _start_faults(key, target, network)
             if not _stands_in(target, draft.faults):
                 found += _distance_faults(key, target, network)
@@ -111,7 +108,7 @@ def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
 
 
 def _turns(
-    key: str, target: TargetSection, network: RoadNetwork, folder: Path
+    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
 ) -> tuple[TurnTable, list[Fault]]:
     """Return the probabilities given for turns, and what is wrong with them on this network."""
     if isinstance(target.turning, str):
@@ -119,17 +116,34 @@ def _turns(
     if isinstance(target.turning, dict):
         found = _turn_faults(target.turning, network)
         return target.turning, [Fault(f"{key}.turning.{turn}", text) for turn, text in found]
-    path = folder / target.turning.file
+    path = draft.folder / target.turning.file
     key, named = f"{key}.turning.file", target.turning.file
     try:
-        turns = read_turns(path)
+        turns = read_turns(path, draft.search.horizon_s if draft.search else math.inf)
     except InputError as error:
         # A file that is not there has been reported already.
-        return {}, [Fault(key, f"{named}: {error}")] if path.is_file() else []
-    sums = [(edge, probability_fault(list(ways.values()))) for edge, ways in turns.items()]
-    wrong = [(edge, fault) for edge, fault in sums if fault]
-    wrong += _turn_faults(turns, network)
+        there = "\0" not in named and path.is_file()
+        return {}, [Fault(key, f"{named}: {error}")] if there else []
+    turns = _for_cars(path, turns, network)
+    wrong = _turn_faults(turns, network)
     return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
+
+
+def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
+    """Return the turns of a file without those of edges that are not for cars, as SUMO does."""
+    closed = network.closed_edges
+    kept = {
+        start: {end: share for end, share in ways.items() if end not in closed}
+        for start, ways in turns.items()
+        if start not in closed
+    }
+    left_out = sum(map(len, turns.values())) - sum(map(len, kept.values()))
+    if left_out:
+        log.warning("%s: %d turns from or to edges not for cars are left out", path, left_out)
+    # What led only to such edges is no sink, but an edge of which nothing is known.
+    return {
+        start: ways for start, ways in kept.items() if not turns[start] or sum(ways.values()) > 0
+    }
 
 
 def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, str]]:
@@ -138,13 +152,14 @@ def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, 
         if start not in network.edge_index:
             yield start, _no_edge(start, network)
             continue
-        onward = [network.edge_ids[end] for end in network.turns(network.edge_index[start])]
+        edge = network.edge_index[start]
+        possible = [network.edge_ids[end] for end in network.turns(edge, back=True)]
         for end in ways:
             if end not in network.edge_index:
                 yield f"{start}.{end}", _no_edge(end, network)
-            elif end not in onward and ways[end] > 0:
-                possible = f"it leads to {', '.join(onward)}" if onward else "it has no way on"
-                yield f"{start}.{end}", f"{start} does not lead to {end}; {possible}"
+            elif end not in possible and ways[end] > 0:
+                leads = f"it leads to {', '.join(possible)}" if possible else "it has no way on"
+                yield f"{start}.{end}", f"{start} does not lead to {end}; {leads}"
 
 
 def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
@@ -224,4 +239,6 @@ def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | N
 
 
 def _no_edge(name: str, network: RoadNetwork) -> str:
+    if name in network.closed_edges:
+        return "is not for cars; name an edge that a car may use"
     return f"is not an edge of the network; {suggestion(name, network.edge_ids)}"

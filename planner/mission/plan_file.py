@@ -1,6 +1,5 @@
 """``plan.json``: the flight that alone reproduces every figure of a plan."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from planner.files import write_json
 from planner.flight.legs import Legs, leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
+from planner.guard import parsed_json
 from planner.network.road_network import RoadNetwork
 
 SCHEMA = "planner.plan/1"
@@ -120,7 +120,7 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
         If the file is missing, is no plan, or names roads that are not in the network.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = parsed_json(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"

@@ -5,10 +5,12 @@ import logging
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from xml.sax.saxutils import escape
 
 from planner.errors import InputError
 from planner.files import cache_folder, written_whole
-from planner.network.sumo import netconvert, sumo_version
+from planner.guard import opened, xml_elements
+from planner.network.sumo import netconvert, plain_names, sumo_version
 
 log = logging.getLogger(__name__)
 
@@ -44,6 +46,7 @@ def build_net(
     connections: Path | None = None,
     signals: Path | None = None,
     abstract: bool = True,
+    folder: Path | None = None,
 ) -> Path:
     """Return the ``.net.xml`` of plain-XML sources; netconvert runs on first use only.
 
@@ -54,6 +57,8 @@ def build_net(
     abstract
         True: every coordinate and length as in the sources, junctions are points. False: streets
         with lanes and junctions that have a size.
+    folder
+        The scenario's, below which lies what the files include; the files' own if not given.
 
     Raises
     ------
@@ -65,7 +70,7 @@ def build_net(
         sources["--connection-files"] = connections
     if signals is not None:
         sources["--tllogic-files"] = signals
-    return _build(sources, ABSTRACT if abstract else STREETS)
+    return _build(sources, ABSTRACT if abstract else STREETS, folder or edges.parent)
 
 
 def import_osm(osm: Path) -> Path:
@@ -76,38 +81,68 @@ def import_osm(osm: Path) -> Path:
     InputError
         If the file is missing or netconvert refuses it.
     """
-    return _build({"--osm-files": osm}, TOWN)
+    return _build({"--osm-files": osm}, TOWN, osm.parent)
 
 
-def _build(sources: Mapping[str, Path], options: Sequence[str]) -> Path:
-    net = cache_folder("nets") / f"{_key(sources, options)}.net.xml"
+def _build(sources: Mapping[str, Path], options: Sequence[str], folder: Path) -> Path:
     subject = ", ".join(str(path) for path in sources.values())
-    if net.exists():
-        return net
-    if any("," in str(path) for path in sources.values()):
-        raise InputError(f"{subject}: netconvert takes no comma in a path; rename it")
-    log.info("netconvert builds the network of %s", subject)
-    with written_whole(net) as new:
-        given = [f"{option}={path}" for option, path in sources.items()]
-        netconvert([*given, *options, f"--output-file={new}"], subject=subject)
-        new.write_bytes(MADE_AT.sub(rb"\1", new.read_bytes(), count=1))
+    contents = {option: _content(path) for option, path in sources.items()}
+    with plain_names(list(sources.values()), folder) as links:
+        net = cache_folder("nets") / f"{_key(sources, contents, options, links)}.net.xml"
+        if net.exists():
+            return net
+        log.info("netconvert builds the network of %s", subject)
+        with written_whole(net) as new:
+            given = [f"{option}={links[path]}" for option, path in sources.items()]
+            made = next(iter(links.values())).parent / "made.net.xml"
+            netconvert([*given, *options, f"--output-file={made}"], subject=subject, links=links)
+            content = MADE_AT.sub(rb"\1", made.read_bytes(), count=1)
+            if "--edge-files" in sources:
+                refuse_spoilt_names(sources["--edge-files"], content)
+                refuse_spoilt_names(sources["--node-files"], content)
+            new.write_bytes(content)
     return net
 
 
-def _key(sources: Mapping[str, Path], options: Sequence[str]) -> str:
+def refuse_spoilt_names(path: Path, net: bytes) -> None:
+    """Raise InputError where netconvert has written another name than a source gives."""
+    content = path.read_bytes()
+    if content.isascii() and b"&#" not in content:
+        return
+    known = net.decode("utf-8", "replace")
+    for element in xml_elements(path):
+        name = element.get("id", "")
+        if element.tag in ("edge", "node") and not name.isascii():
+            written = escape(name, {'"': "&quot;"})
+            if element.tag == "edge" and f'id="{written}"' not in known:
+                raise InputError(f"{path}: netconvert spoils the name {name}; use another")
+            if element.tag == "node" and f'"{written}"' not in known and "\ufffd" in known:
+                raise InputError(f"{path}: netconvert spoils the name {name}; use another")
+
+
+def _key(
+    sources: Mapping[str, Path],
+    contents: Mapping[str, bytes],
+    options: Sequence[str],
+    links: Mapping[Path, Path],
+) -> str:
     digest = hashlib.sha256(repr((sumo_version(), tuple(options))).encode())
     for option, path in sources.items():
-        content = hashlib.sha256(_content(path)).hexdigest()
+        content = hashlib.sha256(contents[option]).hexdigest()
         # A compressed extract is recognised by its name alone.
         digest.update(repr((option, path.suffixes[-1:], content)).encode())
+    for link in sorted(_others(links)):
+        digest.update(repr((link.name, hashlib.sha256(link.read_bytes()).hexdigest())).encode())
     return digest.hexdigest()[:32]
 
 
+def _others(links: Mapping[Path, Path]) -> list[Path]:
+    """Return the links to what the sources include."""
+    tops = {next(p for p in link.parents if p.name.isdecimal()).parent for link in links.values()}
+    every = [path for top in tops for path in top.rglob("*") if path.is_file()]
+    return [path for path in every if path not in links.values()]
+
+
 def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror or error}); "
-            "correct the path, relative paths start at the scenario's folder"
-        ) from error
+    with opened(path) as file:
+        return file.read()

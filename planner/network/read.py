@@ -11,7 +11,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.errors import InputError
 from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
@@ -21,9 +21,9 @@ from planner.scenario.sections import NetworkSection
 
 CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 2
+COLUMNS_VERSION = 3
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
-TEXTS = ("node_ids", "road_ids", "edge_ids", "projection")
+TEXTS = ("node_ids", "road_ids", "edge_ids", "closed_edge_ids", "projection")
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -36,6 +36,7 @@ ARRAYS = (
     "edge_lanes",
     "first_turn",
     "turn_edge",
+    "turn_back",
     "half_width_m",
 )
 NO_PROJECTION = "!"  # what SUMO writes where coordinates are those of no map
@@ -67,6 +68,7 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
         connections=None if section.connections is None else folder / section.connections,
         signals=None if section.signals is None else folder / section.signals,
         abstract=section.abstract,
+        folder=folder,
     )
     return read_net(net, source=folder / section.edges)
 
@@ -74,9 +76,8 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
 def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
     """Return the roads of a ``.net.xml`` that a passenger car may use, in the file's order.
 
-    Every edge is a road; its polyline runs from node to node. A turn straight back is left out
-    where the target has another way on. What was read is kept beside the built networks, by the
-    file's content.
+    Every edge is a road; its polyline runs from node to node. What was read is kept
+    beside the built networks, by the file's content.
 
     Parameters
     ----------
@@ -104,12 +105,12 @@ def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     if columns is None:
         columns = _columns(path, source)
         _save(kept, columns)
-    return RoadNetwork(**columns, path=path, sha256=sha256)
+    return RoadNetwork(**columns, path=path, sha256=sha256, source=source)
 
 
 def _columns(path: Path, source: Path) -> dict[str, Any]:
     """Return the fields of ``RoadNetwork`` that come from the file's content."""
-    net = parse_net(path)
+    net = parse_net(path, source)
     edges = [edge for edge in net.getEdges(False) if edge.allows(CAR)]
     if not edges:
         raise InputError(
@@ -120,7 +121,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
     nodes = [node for node in net.getNodes() if node in ends]
     place = {node: i for i, node in enumerate(nodes)}
     shapes = [_shape(edge) for edge in edges]
-    turns = _turns(edges)
+    turns, back = _turns(edges)
     names = tuple(str(edge.getID()) for edge in edges)
     lengths_m = np.array([edge.getLength() for edge in edges], dtype=np.float64)
     points = np.concatenate(shapes)
@@ -138,12 +139,16 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "first_point": _offsets(shapes),
         "shape_xy_m": points,
         "edge_ids": names,
+        "closed_edge_ids": tuple(
+            str(edge.getID()) for edge in net.getEdges(False) if not edge.allows(CAR)
+        ),
         "edge_road": np.arange(len(edges), dtype=np.int32),
         "edge_length_m": lengths_m,
         "edge_limit_mps": np.array([_limit_mps(edge) for edge in edges], dtype=np.float64),
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
         "first_turn": _offsets(turns),
         "turn_edge": np.concatenate(turns),
+        "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
         "projection": _projection(net),
     }
@@ -172,16 +177,21 @@ def _car_lanes(edge: Any) -> list[Any]:
     return [lane for lane in edge.getLanes() if lane.allows(CAR)]
 
 
-def _turns(edges: Sequence[Any]) -> list[Ints]:
-    """Return the edges that a car may drive after each edge, in the edges' order."""
+def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags]]:
+    """Return the edges that a car may drive after each edge, in the edges' order.
+
+    And which of these ways lead straight back, though there is another way on.
+    """
     index = {edge: i for i, edge in enumerate(edges)}
     turns: list[Ints] = []
+    back: list[Flags] = []
     for edge in edges:
         ways = edge.getAllowedOutgoing(CAR).items()
-        onward = [index[to] for to, links in ways if not _turns_back(links)]
-        back = [index[to] for to, links in ways if _turns_back(links)]
-        turns.append(np.array(sorted(onward or back), dtype=np.int32))
-    return turns
+        leads_back = {index[to]: _turns_back(links) for to, links in ways}
+        some_onward = not all(leads_back.values())
+        turns.append(np.array(sorted(leads_back), dtype=np.int32))
+        back.append(np.array([some_onward and leads_back[to] for to in sorted(leads_back)], bool))
+    return turns, back
 
 
 def _turns_back(links: Sequence[Any]) -> bool:

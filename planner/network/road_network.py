@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
 from planner.checked import finite, indices, lengths, offsets
 from planner.errors import InputError
 
@@ -38,10 +38,16 @@ class RoadNetwork(Frozen):
     # (R,) metres from the drawn line to where a target may be beside it; left out: none
     half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
     projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
+    # (T,) straight back where there is another way on: taken only by who is said to; left out: none
+    turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
+    closed_edge_ids: tuple[str, ...] = ()  # of edges that no car may use, which have no index
+    source: Path | None = None  # the file that the user gave, if it is not ``path``
 
     def __post_init__(self) -> None:
         if len(self.half_width_m) == 0:
             object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
+        if len(self.turn_back) == 0:
+            object.__setattr__(self, "turn_back", np.zeros(len(self.turn_edge), bool))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -56,6 +62,7 @@ class RoadNetwork(Frozen):
             first_turn=np.int64,
             turn_edge=np.int32,
             half_width_m=np.float64,
+            turn_back=np.bool_,
         )
         self._check()
 
@@ -72,6 +79,7 @@ class RoadNetwork(Frozen):
         lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
         offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
         offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
+        lengths(len(self.turn_edge), turn_back=self.turn_back)
         indices(nodes, road_from=self.road_from, road_to=self.road_to)
         indices(roads, edge_road=self.edge_road)
         indices(edges, turn_edge=self.turn_edge)
@@ -98,9 +106,26 @@ class RoadNetwork(Frozen):
         """Index of each node by its name."""
         return {name: i for i, name in enumerate(self.node_ids)}
 
-    def turns(self, edge: int) -> Ints:
-        """Return the edges that a target may drive after ``edge``, (k,)."""
-        return self.turn_edge[self.first_turn[edge] : self.first_turn[edge + 1]]
+    def turns(self, edge: int, *, back: bool = False) -> Ints:
+        """Return the edges that a target may drive after ``edge``, (k,).
+
+        Parameters
+        ----------
+        back
+            Whether to return ways straight back as well where there is another way on.
+        """
+        ways = slice(self.first_turn[edge], self.first_turn[edge + 1])
+        return self.turn_edge[ways] if back else self.turn_edge[ways][~self.turn_back[ways]]
+
+    @property
+    def given_as(self) -> Path:
+        """The file that messages name: the user's own."""
+        return self.source or self.path
+
+    @cached_property
+    def closed_edges(self) -> frozenset[str]:
+        """Names of the edges that no car may use."""
+        return frozenset(self.closed_edge_ids)
 
     def shape(self, road: int) -> Floats:
         """Return a road's polyline, (k, 2) metres."""

@@ -4,13 +4,17 @@ import importlib.metadata
 import importlib.util
 import logging
 import os
+import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from planner.errors import InputError, SumoError
+from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
 
 log = logging.getLogger(__name__)
@@ -70,13 +74,85 @@ def binary(name: str) -> Path:
     return program
 
 
-def netconvert(options: Sequence[str], *, subject: str) -> None:
+INCLUDE = re.compile(rb"<include[\s/>]")
+
+
+@contextmanager
+def plain_names(files: Sequence[Path], folder: Path) -> Iterator[dict[Path, Path]]:
+    """Give for each file a link that SUMO's programs can open, whatever its own path is.
+
+    They part paths at commas and put variables of the environment into them. What a file includes
+    is linked too; nothing else than that is read.
+
+    Parameters
+    ----------
+    folder
+        The scenario's; what a file includes has to lie below it, or beside the file.
+
+    Raises
+    ------
+    InputError
+        If a file is not what `planner.guard` lets in, or includes one from elsewhere.
+    """
+    with TemporaryDirectory(prefix="planner-") as temporary:
+        links: dict[Path, Path] = {}
+        for number, file in enumerate(dict.fromkeys(files)):
+            root = folder if file.resolve().is_relative_to(folder.resolve()) else file.parent
+            place = Path(temporary, str(number))
+            # As deep as the file lies below its root, so that what it includes from above fits.
+            depth = len(file.parent.resolve().parts) - len(root.resolve().parts)
+            suffix = "".join(s for s in file.suffixes[-2:] if re.fullmatch(r"\.\w+", s, re.A))
+            links[file] = place.joinpath(*["d"] * max(depth, 0), f"file{suffix}")
+            _link(file, links[file])
+            for included, link in included_files(file, root, links[file]).items():
+                if not link.is_relative_to(place):
+                    raise InputError(f"{file}: includes {included} from elsewhere; copy it there")
+                _link(included, link)
+        yield links
+
+
+def _link(file: Path, link: Path) -> None:
+    link.parent.mkdir(parents=True, exist_ok=True)
+    if not link.exists():
+        link.symlink_to(file.resolve())
+
+
+def included_files(file: Path, root: Path, link: Path) -> dict[Path, Path]:
+    """Return what an XML file includes, and they in turn, with the links that SUMO would open.
+
+    Raises
+    ------
+    InputError
+        If one lies elsewhere than below ``root``, or is not what `planner.guard` lets in.
+    """
+    found: dict[Path, Path] = {}
+    waiting = [(file, link)]
+    while waiting:
+        file, link = waiting.pop()
+        for _, said in elements_in(file, INCLUDE):
+            href = said.get("href", "")
+            included = (file.parent / href).resolve()
+            if Path(href).is_absolute() or not included.is_relative_to(root.resolve()):
+                raise InputError(
+                    f"{file}: includes {href}, which is not below {root}; copy it there"
+                )
+            if included not in found:
+                found[included] = Path(os.path.normpath(link.parent / href))
+                waiting.append((included, found[included]))
+    return found
+
+
+def netconvert(
+    options: Sequence[str], *, subject: str, links: Mapping[Path, Path] | None = None
+) -> None:
     """Run netconvert on a user's sources.
 
     Parameters
     ----------
     subject
         The source's name, for the message.
+    links
+        By the user's files, the names by which netconvert is given them.
 
     Raises
     ------
@@ -91,13 +167,15 @@ def netconvert(options: Sequence[str], *, subject: str) -> None:
             [str(binary("netconvert")), *options],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
-            text=True,
+            encoding="utf-8",
             errors="replace",
         )
         with undone_if_stopped(running.kill):
             said = running.communicate()[1]
     except OSError as error:
         raise SumoError(f"netconvert cannot be run: {error.strerror or error}") from error
+    for file, link in (links or {}).items():
+        said = said.replace(str(link), str(file))
     if running.returncode < 0:
         raise SumoError(f"netconvert died of signal {-running.returncode} on {subject}")
     if running.returncode > 0:
@@ -106,14 +184,27 @@ def netconvert(options: Sequence[str], *, subject: str) -> None:
         log.debug("netconvert on %s: %s", subject, said.strip())
 
 
-def parse_net(path: Path) -> Any:
+def parse_net(path: Path, source: Path | None = None) -> Any:
     """Return sumolib's object for a ``.net.xml``, without the insides of junctions.
+
+    Parameters
+    ----------
+    source
+        The file that the user gave, if another one, for messages.
 
     Raises
     ------
     InputError
         If the file is not XML or not a SUMO net.
     """
+    try:
+        refuse_foreign_elements(path)
+    except InputError as error:
+        reason = str(error).removeprefix(f"{path}: ").partition("; ")[0]
+        raise InputError(
+            f"{source or path}: not a readable SUMO network ({reason}); "
+            "give a .net.xml that netconvert or netedit wrote"
+        ) from error
     sumo_environment()
     from xml.sax import SAXException
 
@@ -125,13 +216,37 @@ def parse_net(path: Path) -> Any:
         missing = isinstance(error, KeyError)
         reason = f"it lacks {error}" if missing else " ".join(str(error).split())
         raise InputError(
-            f"{path}: not a readable SUMO network ({reason}); "
+            f"{source or path}: not a readable SUMO network ({reason}); "
             "give a .net.xml that netconvert or netedit wrote"
         ) from error
     lost = [node.getID() for node in net.getNodes() if node.getType() is None]
     if lost:
-        raise InputError(f"{path}: edges lead to {lost[0]!r}, which is no junction of the network")
+        raise InputError(
+            f"{source or path}: edges lead to {lost[0]!r}, which is no junction of the network"
+        )
     return net
+
+
+# The elements of SUMO's schema of nets. SUMO would heed others as well, some of which name files
+# that it then reads or writes.
+NET_ELEMENTS = (
+    "net|location|type|restriction|param|edge|lane|neigh|stopOffset|junction|request|connection|"
+    "prohibition|roundabout|tlLogic|phase|condition|assignment|function|conflict|taz|district|"
+    "dsource|dsink|tazSource|tazSink|railSignalConstraints|predecessor|insertionPredecessor|"
+    "foeInsertion|insertionOrder|bidiPredecessor|railSignalConditions|delay|expression"
+)
+HARMLESS = ("routes", "additional")  # by themselves: what they hold is looked at
+FOREIGN = re.compile(rb"<(?!(?:" + NET_ELEMENTS.encode() + rb")[\s/>]|[/?!]|$)")
+
+
+def refuse_foreign_elements(path: Path) -> None:
+    """Raise InputError where a net holds more than nets consist of."""
+    foreign = [name for name, _ in elements_in(path, FOREIGN) if name not in HARMLESS]
+    if foreign:
+        raise InputError(
+            f"{path}: it holds <{foreign[0]}>, which is no part of a net and may name other files; "
+            "take it out"
+        )
 
 
 def _reason(stderr: str) -> str:

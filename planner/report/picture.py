@@ -1,5 +1,8 @@
 """Pictures: a plan with what it achieves, and where the target may be at a time."""
 
+import logging
+import re
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,8 +19,10 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import NO_EDGE
 from planner.futures.state_at import State
+from planner.messages import plain
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import draw_curves
+from planner.report.fonts import font_families
 from planner.report.formats import length, time_unit
 from planner.report.maps import (
     FOUND_COLOUR,
@@ -37,12 +42,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters everywhere
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.labelcolor": "#444444",
     "axes.spines.top": True,
     "svg.hashsalt": "planner",
+    "text.parse_math": False,  # a dollar sign in a name is one
 }
 # Undated, or the same picture would differ from day to day; quickly compressed.
 AS_FILE: dict[str, dict[str, Any]] = {
@@ -52,6 +57,10 @@ AS_FILE: dict[str, dict[str, Any]] = {
 }
 COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 MOMENTS = 4
+TITLE: dict[str, Any] = {"size": 12.5, "weight": "bold"}
+TITLE_LEFT_INCH, TITLE_LINE_INCH = 0.25, 0.23
+
+log = logging.getLogger(__name__)
 
 
 def plan_picture(
@@ -85,7 +94,7 @@ def plan_picture(
             axes = _axes(figure, 6.9 + 1.458 * moment, 0.25, 1.375, 1.375)
             _draw_moment(axes, problem, plan, seen_at, time_s)
         note = "targets: not found yet (blue), found (grey); UAV: triangle"
-        figure.text(6.9 / 12.8, 1.97 / 6.9, note, size=9.5)
+        figure.text(6.9 / 12.8, 1.97 / figure.get_figheight(), note, size=9.5)
 
 
 def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str = "") -> None:
@@ -120,14 +129,55 @@ def _figure(path: Path, size_inch: tuple[float, float], title: str) -> Iterator[
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with style.context(["default", STYLE]):
+    title = plain(title)
+    families, missing = font_families(title)
+    if missing:
+        log.warning(
+            "%s: no font here has %s; the title shows boxes for them, until one is installed "
+            "(such as Noto Sans)",
+            path.name,
+            " ".join(missing[:10]),
+        )
+    with style.context(["default", {**STYLE, "font.family": families}]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from")
         figure = Figure(figsize=size_inch)
         FigureCanvasAgg(figure)
-        figure.text(0.25 / size_inch[0], 1 - 0.33 / size_inch[1], title, size=12.5, weight="bold")
+        lines = _title_lines(figure, title)
+        figure.set_figheight(size_inch[1] + TITLE_LINE_INCH * (len(lines) - 1))
+        for number, line in enumerate(lines):
+            top_inch = 0.33 + TITLE_LINE_INCH * number
+            y = 1 - top_inch / figure.get_figheight()
+            figure.text(TITLE_LEFT_INCH / size_inch[0], y, line, **TITLE)
         yield figure
         kind = path.suffix.lower()
         with written_whole(path) as new:
             figure.savefig(new, format=kind[1:] or "png", dpi=120, **AS_FILE.get(kind, {}))
+
+
+def _title_lines(figure: "Figure", title: str) -> list[str]:
+    """Return a title in lines that fit into the picture; parted within words where it has to be."""
+    from matplotlib.text import Text
+
+    canvas: Any = figure.canvas
+    renderer = canvas.get_renderer()
+    wide = (figure.get_figwidth() - 2 * TITLE_LEFT_INCH) * figure.dpi
+
+    def fits(line: str) -> bool:
+        text = Text(text=line, figure=figure, **TITLE)
+        return bool(text.get_window_extent(renderer).width <= wide)
+
+    lines = [""]
+    for word in re.findall(r"\s*\S+", title):
+        if fits(lines[-1] + word):
+            lines[-1] += word
+            continue
+        if lines[-1]:
+            lines.append("")
+        for character in word.strip():
+            if lines[-1] and not fits(lines[-1] + character):
+                lines.append("")
+            lines[-1] += character
+    return lines
 
 
 def _axes(figure: "Figure", left: float, bottom: float, width: float, height: float) -> "Axes":

@@ -6,6 +6,7 @@ from pathlib import Path
 from planner.errors import Fault
 from planner.messages import as_written
 from planner.scenario.sections import (
+    GreedySection,
     NetworkSection,
     SearchSection,
     TargetSection,
@@ -23,6 +24,8 @@ HORIZON_KEYS = (
     "search.by_s",
 )
 SAMPLING_KEYS = ("target.distance_m", "target.speed", "search.sampling")
+MOST_TICKS = 10_000_000  # to the horizon
+LONGEST_TITLE = 500  # characters
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt
 
 
@@ -49,7 +52,7 @@ def source_faults(section: NetworkSection) -> Iterator[Fault]:
 def missing_files(section: NetworkSection, folder: Path) -> Iterator[Fault]:
     """Yield the network's sources that are not there."""
     for key, name in section.files.items():
-        if not (folder / name).is_file():
+        if "\0" in name or not (folder / name).is_file():
             text = f"there is no file {folder / name}; correct the path"
             yield Fault(f"network.{key}", text)
 
@@ -67,7 +70,7 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
                 yield Fault(f"{key}.turning.{edge}", fault)
     elif not isinstance(section.turning, str):
         path = folder / section.turning.file
-        if not path.is_file():
+        if "\0" in str(path) or not path.is_file():
             yield Fault(f"{key}.turning.file", f"there is no file {path}; correct the path")
 
 
@@ -112,6 +115,16 @@ def sampling_faults(target: TargetSection, search: SearchSection) -> Iterator[Fa
             "target.speed_drawn",
             '"per road" makes endlessly many combinations, but '
             'search.sampling is "all"; write "once", or search.sampling = "sobol"',
+        )
+
+
+def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]:
+    """Yield the fault of a tick so short that there are too many to the horizon."""
+    if greedy.tick_s and search.horizon_s / greedy.tick_s > MOST_TICKS:
+        yield Fault(
+            "greedy.tick_s",
+            f"{as_written(greedy.tick_s)} s makes more than {MOST_TICKS:,} ticks to the horizon; "
+            "choose a longer one, or 0 for continuous time",
         )
 
 

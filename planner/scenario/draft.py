@@ -137,6 +137,9 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
     if not isinstance(title, str):
         text = f"should be text in quotes, not {as_written(title)}; give one line"
         faults.append(Fault("title", text))
+    elif len(title) > checks.LONGEST_TITLE:
+        text = f"has {len(title):,} characters; give one line of at most {checks.LONGEST_TITLE}"
+        faults.append(Fault("title", text))
     known = [*SECTIONS, "title"]
     unknown = [key for key in source.tables if key not in known]
     faults += [
@@ -171,6 +174,9 @@ def _joint_faults(sections: Mapping[str, Any], faults: Sequence[Fault]) -> list[
         found += checks.horizon_faults(target, uav, search)
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
         found += checks.sampling_faults(target, search)
+    greedy = sections["greedy"]
+    if greedy and search and not _any_about(faults, "greedy.tick_s", "search.horizon_s"):
+        found += checks.tick_faults(search, greedy)
     return found
 
 

@@ -12,17 +12,19 @@ from pydantic import Field
 
 from planner.scenario.source import FILE
 from planner.scenario.values import (
+    Distance,
     Distances,
     DistributionSection,
-    NotNegative,
-    Positive,
     PositiveSeconds,
+    Radius,
     Seconds,
     Section,
     Speeds,
     StartEdges,
+    Tick,
     Turning,
     UavLanding,
+    UavSpeed,
     UavStart,
 )
 
@@ -85,8 +87,8 @@ class UavSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": {"x_m": 0, "y_m": 0}}
 
-    speed_mps: Positive = Field(default=100.0, description="the UAV's speed in m/s, such as 100")
-    altitude_m: NotNegative = Field(default=150.0, description="the flight altitude in metres")
+    speed_mps: UavSpeed = Field(default=100.0, description="the UAV's speed in m/s, such as 100")
+    altitude_m: Distance = Field(default=150.0, description="the flight altitude in metres")
     start: UavStart = Field(
         description="{ x_m = 0, y_m = 0 } or { node = NAME, bearing_deg = 315, distance_m = 0 }"
     )
@@ -105,7 +107,7 @@ class UavSection(Section):
 class SensorSection(Section):
     """The perfect sensor."""
 
-    radius_m: Positive = Field(
+    radius_m: Radius = Field(
         default=500.0, description="the detection radius in metres, such as 500"
     )
     detects_in_transit: bool = Field(
@@ -134,11 +136,11 @@ class SearchSection(Section):
         default=1000, description="how many possible targets are simulated, such as 1000"
     )
     sampling: Literal["iid", "sobol", "all"] = "iid"
-    depth: Annotated[int, Field(ge=1)] = Field(
+    depth: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         default=16, description="how many roads a plan has at most, such as 16"
     )
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="a whole number from 0 on")
-    work: Annotated[int, Field(ge=1)] = Field(
+    work: Annotated[int, Field(ge=1, le=10**15)] = Field(
         default=80_000,
         description="how many simulated legs a search may fly, such as 80000",
     )
@@ -159,7 +161,7 @@ class GreedySection(Section):
     direction: Literal["own", "both", "nearest end"] = "own"
     roads: Literal["removed", "revisited"] = "removed"
     ends: Literal["depth", "all found"] = "depth"
-    tick_s: NotNegative = Field(
+    tick_s: Tick = Field(
         default=0.0, description="0 for continuous time, or the length of a tick in seconds"
     )
     ties: Literal["lowest index", "earliest end"] = "lowest index"

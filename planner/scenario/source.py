@@ -2,9 +2,7 @@
 
 import copy
 import datetime
-import json
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,11 +11,22 @@ from typing import Any
 
 from planner.errors import Fault, InputError
 from planner.files import shipped, shipped_names
+from planner.guard import LARGEST_JSON, kind_of_xml, parsed_json, parsed_toml, read_text
 from planner.messages import as_written, suggestion
 
 FILE = "scenario.toml"
 BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
 CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
+NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
+# What is sometimes given for a scenario, by its root element, and how it is given rightly.
+OTHER_KINDS = {
+    "net": "a SUMO net, not a scenario; write a scenario with network = {{ net = {name} }} "
+    '(see "Your own net" in README), or: planner plan SCENARIO -n {name}',
+    "osm": "an OpenStreetMap extract, not a scenario; write a scenario with "
+    'network = {{ osm = {name} }} (see "Your own net" in README)',
+    "": "a file of SUMO's, not a scenario; write a scenario that names the net "
+    '(see "Your own net" in README), or: planner plan SCENARIO -n TOWN.net.xml',
+}
 
 Tables = dict[str, Any]
 
@@ -48,11 +57,17 @@ def scenario_path(place: str | Path) -> Path:
         If there is nothing of the kind.
     """
     path = Path(place)
+    if "\0" in str(path):
+        raise InputError(f"{place}: no file's name holds a NUL; correct the path")
     if path.is_dir():
         path = path / FILE
         if not path.is_file():
             raise InputError(f"{place}: holds no {FILE}; name the folder of a scenario")
     if path.is_file():
+        kind = kind_of_xml(path)
+        if kind is not None:
+            other = OTHER_KINDS.get(kind, OTHER_KINDS[""])
+            raise InputError(f"{place}: is {other.format(name=as_written(path.name))}")
         return path
     if path.suffix in (".toml", ".json"):
         raise InputError(f"{place}: there is no such file; correct the path")
@@ -104,29 +119,30 @@ def read_source(
 
 def _parsed(path: Path) -> tuple[Tables, Fault | None]:
     try:
-        return copy.deepcopy(_toml(path.read_text(encoding="utf-8"))), None
-    except tomllib.TOMLDecodeError as error:
+        return copy.deepcopy(_toml(read_text(path))), None
+    except InputError as error:
+        if isinstance(error.__cause__, UnicodeDecodeError):
+            text = "is not UTF-8 text; save the file as UTF-8"
+            return {}, Fault(f"byte {error.__cause__.start}", text)
+        raise
+    except ValueError as error:
         what, _, where = str(error).rpartition(" (at ")
         return {}, Fault(where.rstrip(")") or "TOML", f"{what or error}; correct the TOML there")
-    except UnicodeDecodeError as error:
-        return {}, Fault(f"byte {error.start}", "is not UTF-8 text; save the file as UTF-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
 
 
 @lru_cache(8)
 def _toml(text: str) -> Tables:
     """Return the tables of a text, parsed once while a batch opens the same scenario often."""
-    return tomllib.loads(text)
+    return parsed_toml(text)
 
 
 def _of_run(path: Path) -> tuple[Path, Tables]:
     """Return where the scenario of an earlier run lies, and its tables as that run had them."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parsed_json(read_text(path, LARGEST_JSON))
         return Path(record["scenario_path"]), dict(record["scenario"])
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); correct the path") from error
+    except InputError:
+        raise
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"{path}: does not hold a run's scenario ({error}); give the run.json of a plan"
@@ -158,8 +174,8 @@ def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
         faults.append(Fault(override, "is not an override; write dotted.key=value"))
         return
     try:
-        value = _value(text)
-    except tomllib.TOMLDecodeError as error:
+        value = _value(key, text)
+    except ValueError as error:
         reason = str(error).partition(" (at ")[0]
         what = f"{as_written(text)} is not a TOML value ({reason}); quote it if it is text"
         faults.append(Fault(key, what))
@@ -167,12 +183,14 @@ def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
     _set(tables, key, value, faults)
 
 
-def _value(text: str) -> Any:
+def _value(key: str, text: str) -> Any:
+    if key.rpartition(".")[2] in NAMES and not text.startswith(('"', "'")):
+        return text  # the name of a node may look like a number, or like anything else
     if CLOCK.fullmatch(text):
         return text
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = parsed_toml(f"value = {text}")["value"]
+    except ValueError:
         if BARE_WORD.fullmatch(text):
             return text
         raise
@@ -182,7 +200,7 @@ def _value(text: str) -> Any:
 def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
     try:
         *parents, last = _parts(key)
-    except (tomllib.TOMLDecodeError, ValueError):
+    except ValueError:
         text = "is not a dotted key; write it as in uav.start.distance_m"
         faults.append(Fault(key, text, unknown=True))
         return
@@ -200,7 +218,7 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
 def _parts(key: str) -> list[str]:
     """Return the names in a dotted key, in which names may be quoted as TOML allows."""
     names: list[str] = []
-    table: Any = tomllib.loads(f"{key} = 0")
+    table: Any = parsed_toml(f"{key} = 0")
     while isinstance(table, dict):
         ((name, table),) = table.items()
         names.append(name)

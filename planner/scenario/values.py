@@ -28,15 +28,45 @@ from planner.clock import seconds
 from planner.messages import as_written
 
 LONGEST_S = 1e9  # thirty years
+SHORTEST_S = 1e-3
 FASTEST_MPS = 1000.0  # nothing on a road is as fast
+SLOWEST_MPS = 1e-3  # a kilometre in twelve days
+FARTHEST_M = 1e8  # more than round the Earth
 SUM_TOLERANCE = 1e-6  # three thirds written with seven digits are one
 FARTHEST_SD = 6.0  # a cut normal farther out than this has hardly any probability left
 
+
+def name_of(value: Any) -> Any:
+    """Return a name as text: 12345 without quotes is the node, or the edge, that is called so."""
+    return str(value) if type(value) is int else value
+
+
+def at_least(least: float, unit: str, *, or_zero: bool = False) -> AfterValidator:
+    """Return the check of a number above 0 that something is divided by."""
+
+    def check(value: float) -> float:
+        if 0 < value < least:
+            remedy = f"{'0, or ' if or_zero else ''}at least {as_written(least)} {unit}"
+            raise ValueError(f"should not be {as_written(value)}; give {remedy}")
+        return value
+
+    return AfterValidator(check)
+
+
+# Ranges are wide, but such that nothing computed from numbers within them overflows.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Distance = Annotated[float, Field(ge=0, le=FARTHEST_M, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Name = Annotated[str, BeforeValidator(name_of)]
 Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
-PositiveSeconds = Annotated[Positive, Field(le=LONGEST_S), BeforeValidator(seconds)]
+PositiveSeconds = Annotated[
+    Positive, Field(le=LONGEST_S), BeforeValidator(seconds), at_least(SHORTEST_S, "s")
+]
+Tick = Annotated[Seconds, at_least(SHORTEST_S, "s", or_zero=True)]
+UavSpeed = Annotated[Positive, Field(le=1e5), at_least(0.01, "m/s")]
+Radius = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
 Probabilities = Annotated[dict[str, Finite], Field(min_length=1)]
 
 
@@ -199,6 +229,7 @@ def _equal(edges: Any) -> Any:
     """Return a list of edges as a table in which each has the same probability."""
     if not isinstance(edges, list):
         return edges
+    edges = [name_of(edge) for edge in edges]
     if not all(isinstance(edge, str) for edge in edges):
         raise ValueError("should name edges; write each edge's name in quotes")
     repeated = sorted({edge for edge in edges if edges.count(edge) > 1})
@@ -210,6 +241,11 @@ def _equal(edges: Any) -> Any:
 def _above_zero(speeds: DistributionSection) -> DistributionSection:
     if speeds.low <= 0:
         raise ValueError(f"reaches down to {as_written(speeds.low)} m/s; give speeds above 0")
+    if speeds.low < SLOWEST_MPS:
+        raise ValueError(
+            f"reaches down to {as_written(speeds.low)} m/s; "
+            f"give speeds from {as_written(SLOWEST_MPS)} on"
+        )
     if speeds.high > FASTEST_MPS:
         raise ValueError(
             f"reaches up to {as_written(speeds.high)} m/s; "
@@ -221,6 +257,11 @@ def _above_zero(speeds: DistributionSection) -> DistributionSection:
 def _from_zero(distances: DistributionSection) -> DistributionSection:
     if distances.low < 0:
         raise ValueError(f"reaches down to {as_written(distances.low)} m; give distances from 0 on")
+    if distances.high > FARTHEST_M:
+        raise ValueError(
+            f"reaches up to {as_written(distances.high)} m; "
+            f"give distances up to {as_written(FARTHEST_M)}"
+        )
     return distances
 
 
@@ -264,18 +305,18 @@ Turning = Annotated[
 class PointStart(Section):
     """A place in the network's coordinates."""
 
-    x_m: Finite = Field(description="metres to the east")
-    y_m: Finite = Field(description="metres to the north")
+    x_m: Metres = Field(description="metres to the east")
+    y_m: Metres = Field(description="metres to the north")
 
 
 class NodeStart(Section):
     """A place some way off a node."""
 
-    node: str = Field(description="the name of a node")
+    node: Name = Field(description="the name of a node")
     bearing_deg: Finite = Field(
         default=0.0, description="the compass bearing seen from the node (0 north, 90 east)"
     )
-    distance_m: NotNegative = Field(default=0.0, description="metres from the node")
+    distance_m: Distance = Field(default=0.0, description="metres from the node")
 
 
 def _place_form(value: Any) -> str:
@@ -292,7 +333,7 @@ UavStart = Annotated[
 class NodeLanding(Section):
     """A node to land at."""
 
-    node: str = Field(description="the name of a node")
+    node: Name = Field(description="the name of a node")
 
 
 def _landing_form(value: Any) -> str:

@@ -195,7 +195,7 @@ def test_broken_sources(run: Commands, tmp_path: Path) -> None:
     assert "no file" in one_line(run("plan", scenario, *QUICK))
     comma = shutil.copytree(ROOT / "sumo_nets" / "figure3", tmp_path / "a,b")
     (comma / "figure3.edg.xml").write_text("<edges></edges>")
-    assert "comma" in one_line(run("plan", comma, *QUICK))
+    assert f"{comma}/figure3.edg.xml: netconvert refuses" in one_line(run("plan", comma, *QUICK))
     (scenario / "scenario.toml").write_bytes(b"\xff\xfe")
     assert "UTF-8" in one_line(run("plan", scenario, *QUICK))
     (scenario / "scenario.toml").write_text("[target\n")

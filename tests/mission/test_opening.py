@@ -174,7 +174,6 @@ def test_faults_of_all_kinds_come_together(tmp_path: Path) -> None:
         "sensor.radios_m",
         "search.depth",
         "target.turning.file",
-        "target.turning.file",
         "target.start.BX",
         "target.distance_m",
         "uav.start.node",

@@ -244,7 +244,7 @@ ONE_FAULT = [
     ("target.driving=fast", "target.driving: should be 'constant' or 'free', not \"fast\";"),
     ("target.start={}", "target.start: is empty; give"),
     ("target.start=[]", "target.start: is empty; give"),
-    ("target.start=[3]", "target.start: should name edges;"),
+    ("target.start=[3.5]", "target.start: should name edges;"),
     ('target.start=["a","a"]', "target.start: names a more than once; name"),
     ("target.start=everywhere", "target.start: should be 'anywhere', not \"everywhere\"; give"),
     ("target.start=7", "target.start: should be a table, not 7; give"),
@@ -460,3 +460,51 @@ def test_a_truth_faster_than_the_belief_is_warned_of(
     with caplog.at_level(logging.WARNING):
         read_scenario(folder, overrides=["truth.speed_mps={constant=50}"])
     assert "50 m/s" in caplog.text
+
+
+def test_names_may_look_like_numbers(folder: Path) -> None:
+    text = (folder / "scenario.toml").read_text(encoding="utf-8")
+    (folder / "scenario.toml").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    for override, name in (
+        ("uav.start={node=12345}", "12345"),
+        ("uav.start={node='0077'}", "0077"),
+    ):
+        start = read_scenario(folder, overrides=[override]).uav.start
+        assert getattr(start, "node", None) == name
+    for word in ("12345", "0x1F", "1_000", "1e5", "007", "true", '"7"'):
+        start = read_scenario(
+            folder, overrides=["uav.start={node='x'}", f"uav.start.node={word}"]
+        ).uav.start
+        assert getattr(start, "node", None) == word.strip('"')
+    target = read_scenario(folder, overrides=["target.start=[77, 78]"]).target
+    assert target.start == {"77": 0.5, "78": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("town.net.xml", "<net version='1'/>", "is a SUMO net, not a scenario"),
+        ("town.osm", "<?xml version='1.0'?><osm/>", "is an OpenStreetMap extract"),
+        ("town.sumocfg", "\ufeff<sumoConfiguration/>", "is a file of SUMO's, not a scenario"),
+    ],
+)
+def test_another_file_is_no_scenario(tmp_path: Path, name: str, text: str, told: str) -> None:
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=told):
+        read_scenario(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "uav.start={x_m=1e100, y_m=0}",
+        "uav.speed_mps=1e-320",
+        "uav.speed_mps=1e200",
+        "greedy.tick_s=5e-324",
+        "sensor.radius_m=1e300",
+        "target.speed_mps={constant=1e-320}",
+        "search.horizon_s=1e-300",
+    ],
+)
+def test_numbers_beyond_what_is_physical(folder: Path, override: str) -> None:
+    assert len(read_draft(folder, overrides=[override]).faults) == 1
