@@ -16,10 +16,9 @@ from planner.errors import InputError
 from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import parse_net
+from planner.network.sumo import CAR, parse_net
 from planner.scenario.sections import NetworkSection
 
-CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
 COLUMNS_VERSION = 2
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times

@@ -15,6 +15,7 @@ from planner.interrupts import undone_if_stopped
 
 log = logging.getLogger(__name__)
 
+CAR = "passenger"
 MESSAGES = 3  # of SUMO's that are shown at most
 # What sumolib lets out where a net is broken.
 STUMBLES = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
@@ -132,6 +133,18 @@ def parse_net(path: Path) -> Any:
     if lost:
         raise InputError(f"{path}: edges lead to {lost[0]!r}, which is no junction of the network")
     return net
+
+
+def edges_not_for_cars(path: Path) -> frozenset[str]:
+    """Return the names of the edges in a ``.net.xml`` that passenger cars may not use.
+
+    Raises
+    ------
+    InputError
+        As `parse_net`.
+    """
+    edges = parse_net(path).getEdges(False)
+    return frozenset(str(edge.getID()) for edge in edges if not edge.allows(CAR))
 
 
 def _reason(stderr: str) -> str:
