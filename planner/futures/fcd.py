@@ -75,6 +75,8 @@ def samples_of_rows(path: Path, rows: Rows, network: RoadNetwork) -> Samples:
         names, vehicle = _by_appearance(*rows.vehicle)
     order = np.lexsort((rows.time_s, vehicle))
     order = order[_once(path, rows, names, vehicle, order)]
+    if not rows.on_lanes:
+        order = order[_entering(rows, vehicle, edge, order)]
     vehicle, edge, inside = vehicle[order], edge[order], inside[order]
     edge, along_m = _out_of_junctions(edge, rows.along_m[order], vehicle, network, inside)
     return Samples(
@@ -127,6 +129,18 @@ def _once(
         )
     log.warning("%s: %d samples stand in it twice; read once", path, len(first))
     return np.append(True, ~again)
+
+
+def _entering(rows: Rows, vehicle: Ints, edge: Ints, order: Offsets) -> Flags:
+    """Return which of the sorted rows are the first of their vehicle on a piece of an edge.
+
+    Without lanes SUMO moves vehicles from piece to piece, and says where the piece begins as long
+    as they drive on it. Between the first rows they drive evenly.
+    """
+    stays = (rows.speed_mps[order] > 0.0)[1:]
+    for column in (vehicle, edge, rows.x_m, rows.y_m):
+        stays &= np.diff(column[order]) == 0
+    return np.append(True, ~stays | (edge[order][1:] == NO_EDGE))
 
 
 def _edge_of_rows(path: Path, rows: Rows, network: RoadNetwork) -> tuple[Ints, Flags]:

@@ -26,6 +26,10 @@ log = logging.getLogger(__name__)
 
 REMEDY = "write it with `sumo --fcd-output FILE.parquet` (or .xml, .csv)"
 TEXTS = ("vehicle_id", "vehicle_lane", "vehicle_edge", "vehicle_type")
+NO_HEADER = (
+    "SUMO writes it so where nobody is there in the first step: begin when the first one is "
+    "(--begin), or write Parquet or XML"
+)
 # SUMO's names for the types of those who are no vehicles, where they stand among them.
 NO_VEHICLES = ("DEFAULT_PEDTYPE", "DEFAULT_CONTAINERTYPE")
 UNKNOWN = -1073741824.0  # what SUMO writes for a number that it does not have
@@ -41,6 +45,7 @@ class Rows(NamedTuple):
     speed_mps: Floats  # (S,) m/s, NaN where not recorded
     along_m: Floats  # (S,) metres driven on the edge, NaN where not recorded
     edge: Coded  # (S,) names of edges, of junctions' insides too
+    on_lanes: bool  # False: SUMO drove from edge to edge only (its mesoscopic model)
 
     def take(self, kept: Flags) -> "Rows":
         """Return some of the rows."""
@@ -52,6 +57,7 @@ class Rows(NamedTuple):
             self.speed_mps[kept],
             self.along_m[kept],
             self.edge._replace(code=self.edge.code[kept]),
+            self.on_lanes,
         )
 
 
@@ -82,7 +88,7 @@ def rows_of_table(path: Path, table: Any) -> Rows:
     InputError
         If a column is missing, or holds something else.
     """
-    table = _of_vehicles(path, table)
+    table = _of_vehicles(path, _renamed(table))
     vehicle = texts(path, table, "vehicle_id")
     lane, edge, kind = (_texts(path, table, name) for name in TEXTS[1:])
     is_person = _no_vehicles(lane, edge, kind)
@@ -95,8 +101,25 @@ def rows_of_table(path: Path, table: Any) -> Rows:
         _known(path, table, "vehicle_speed"),
         _known(path, table, "vehicle_pos"),
         _edges(lane, edge),
+        bool((lane.code >= 0).any()),
     )
-    return rows.take(~is_person) if is_person.any() else rows
+    out = is_person | _astray(lane, edge)
+    return rows.take(~out) if out.any() else rows
+
+
+def _renamed(table: Any) -> Any:
+    """Return a table with the names of vehicles' columns: SUMO takes those of who comes first."""
+    for who in ("person", "container"):
+        if f"{who}_id" in table.column_names and "vehicle_id" not in table.column_names:
+            names = [name.replace(f"{who}_", "vehicle_", 1) for name in table.column_names]
+            return table.rename_columns(names)
+    return table
+
+
+def _astray(lane: Coded, edge: Coded) -> Flags:
+    """Return which rows are inside a junction but on no lane: SUMO does not know their place."""
+    inside = np.array([word.startswith(":") for word in edge.values] + [False])
+    return np.asarray(inside[edge.code] & (lane.code < 0))
 
 
 def _of_vehicles(path: Path, table: Any) -> Any:
@@ -180,9 +203,13 @@ def _csv_table(path: Path) -> Any:
             head = file.read(1 << 16).split(b"\n")[0]
         separator = max(";,\t", key=lambda one: head.count(one.encode()))
         names = head.decode("utf-8-sig").strip().replace('"', "").split(separator)
+        if names == ["timestep_time"]:
+            raise InputError(f"{path}: its header names no vehicle; {NO_HEADER}")
         refuse_twice(path, names)
         kinds = {name: pyarrow.string() for name in ("timestep_time", *TEXTS)}
         kinds |= {f"vehicle_{name}": pyarrow.float64() for name in ("x", "y", "speed", "pos")}
+        for who in ("person", "container"):
+            kinds |= {name.replace("vehicle", who): kind for name, kind in kinds.items()}
         with pyarrow.input_stream(str(path), compression="detect") as file:
             return pyarrow.csv.read_csv(
                 file,
@@ -209,6 +236,7 @@ class _XmlRows:
         self.edge: list[int] = []
         self.numbers: list[tuple[float, float, float, float, float]] = []
         self.no_vehicles: set[str] = set()
+        self.on_lanes = False
 
     def add(self, timestep: Any) -> None:
         """Take in a step."""
@@ -218,12 +246,15 @@ class _XmlRows:
             if element.tag != "vehicle":
                 self.no_vehicles.add(said.get("id", ""))
                 continue
+            if said.get("edge", "").startswith(":") and "lane" not in said:
+                continue  # as `_astray`
             numbers = (said["x"], said["y"], said.get("speed", "nan"), said.get("pos", "nan"))
             x, y, speed, pos = map(float, numbers)
             self.numbers.append((time_s, x, y, speed, pos))
             self.vehicle.append(self.names.setdefault(said["id"], len(self.names)))
             lane = said.get("lane", "")
             edge = lane.rpartition("_")[0] if lane else said.get("edge", "")
+            self.on_lanes |= lane != ""
             self.edge.append(self.edges.setdefault(edge, len(self.edges)))
 
     def rows(self) -> Rows:
@@ -239,6 +270,7 @@ class _XmlRows:
             _unless_unknown(speed_mps),
             _unless_unknown(along_m),
             coded(edges, np.array(self.edge, dtype=np.int32)),
+            self.on_lanes,
         )
 
 

@@ -278,7 +278,7 @@ def _points(
     step_s = np.where(arriving, 1.0, samples.time_s[after] - samples.time_s[row])
     share = (time_s - samples.time_s[row]) / step_s
     between = xy_m[row] + (xy_m[after] - xy_m[row]) * share[:, None]
-    rest_m = network.edge_length_m[left] - samples.along_m[row]
+    rest_m = np.maximum(0.0, network.edge_length_m[left] - samples.along_m[row])
     reach = np.minimum(1.0, rest_m / np.maximum(np.linalg.norm(onward, axis=1), rest_m + EXACT_M))
     ahead = xy_m[row] + onward * reach[:, None]
     inexact = np.where(arriving[:, None], ahead, between)
