@@ -1,6 +1,7 @@
 """``futures.parquet`` and ``particles.parquet`` as futures. Ids are names, whatever their type."""
 
 import logging
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -98,8 +99,9 @@ def _particles_of_rows(path: Path, table: Any) -> tuple[tuple[str, ...], Offsets
     number = np.asarray(np.from_dlpack(stored)) if known is None else known.code
     first = np.flatnonzero(np.concatenate(([True], number[1:] != number[:-1])))
     ids = number[first].tolist()
-    if len(set(ids)) < len(ids):
-        raise InputError(f"{path}: {SORTED}; the rows of a particle do not follow each other")
+    falls = whole and any(after < before for before, after in pairwise(ids))
+    if falls or len(set(ids)) < len(ids):
+        raise InputError(f"{path}: {SORTED}; the rows of each particle must follow each other")
     names = map(str, ids) if known is None else (known.values[k] for k in ids)
     return tuple(names), np.append(first, len(number))
 
