@@ -136,7 +136,7 @@ def futures_of_samples(
     parts = [on]
     followed = routes or DrivenRoutes.shown(samples)
     place = _route_places(samples, followed)
-    parts.append(_crossings(samples, network, followed, place))
+    parts.append(_crossings(samples, network, followed, place, shown=routes is None))
     if routes is not None:
         parts.append(_arrivals(samples, network, routes, place, ended))
     knots = Knots.merged(parts).thinned(TOLERANCE_M)
@@ -179,9 +179,13 @@ class _Left(NamedTuple):
 
 
 def _crossings(
-    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets
+    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets, *, shown: bool
 ) -> Knots:
-    """Knots at the ends of all edges that are left between two samples of a vehicle."""
+    """Knots at the ends of all edges that are left between two samples of a vehicle.
+
+    Samples of every step hold the speed that a vehicle had all the way. Files that show their
+    routes only may hold fewer; there a vehicle may have braked.
+    """
     known = (samples.edge != NO_EDGE) & ~np.isnan(samples.along_m) & ~np.isnan(samples.speed_mps)
     onward = (np.diff(samples.vehicle) == 0) & (np.diff(place) > 0)
     rows = np.flatnonzero(onward & known[:-1] & known[1:])
@@ -190,7 +194,7 @@ def _crossings(
         edges=place[rows + 1] - place[rows],
         speed_mps=samples.speed_mps[rows + 1],
         latest_s=samples.time_s[rows + 1],
-        onto_m=samples.along_m[rows + 1],
+        onto_m=samples.along_m[rows + 1] if shown else np.full(len(rows), np.nan),
     )
     return _ends_of_edges(samples, network, routes, place, left)
 
