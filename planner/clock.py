@@ -1,4 +1,4 @@
-"""Times as people write them, H:M:S: read and written."""
+"""Times as people and SUMO write them, H:M:S or D:H:M:S: read and written."""
 
 import datetime
 import re
@@ -8,7 +8,7 @@ from planner.messages import as_written
 
 
 def seconds(value: object) -> float:
-    """Return the seconds of a number of seconds, or of a text "H:M:S".
+    """Return the seconds of a number of seconds, or of a text "H:M:S" or "D:H:M:S".
 
     Raises
     ------
@@ -20,9 +20,12 @@ def seconds(value: object) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if isinstance(value, str):
-        parts = re.fullmatch(r"(\d+):([0-5]?\d):([0-5]?\d(?:\.\d*)?)", value.strip())
+        parts = re.fullmatch(
+            r"(?:(\d{1,9}):)?(\d{1,9}):([0-5]?\d):([0-5]?\d(?:\.\d*)?)", value.strip(), re.ASCII
+        )
         if parts is not None:
-            return int(parts[1]) * 3600.0 + int(parts[2]) * 60.0 + float(parts[3])
+            hours = int(parts[1] or 0) * 24.0 + int(parts[2])
+            return hours * 3600.0 + int(parts[3]) * 60.0 + float(parts[4])
         if re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", value.strip()):
             return float(value)
     raise InputError(

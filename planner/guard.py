@@ -14,6 +14,7 @@ import tomllib
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 from xml.parsers import expat
@@ -109,7 +110,11 @@ def parsed_json(text: str) -> Any:
     ValueError
         If it is no JSON, or holds a number or a depth that no file of ours has.
     """
-    return _within_limits(json.loads, text)
+    return _within_limits(partial(json.loads, parse_constant=_no_number), text)
+
+
+def _no_number(name: str) -> Any:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 def _within_limits(parse: Callable[[str], Any], text: str) -> Any:

@@ -1,16 +1,17 @@
 """Parquet tables of NumPy columns; the one user of pyarrow beside the reader of SUMO's files.
 
-pyarrow's own ways between NumPy and its arrays load pandas, half a second, for nothing.
+pyarrow's own ways between NumPy and its arrays load pandas, half a second, for nothing. Columns are
+cast when they are read: pandas, polars and DuckDB write the same table in types of their own.
 """
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from planner.arrays import Ints
+from planner.arrays import Floats, Ints
+from planner.clock import seconds
 from planner.errors import InputError
 from planner.files import written_whole
 
@@ -68,21 +69,70 @@ def _array(column: Any) -> Any:
     return pyarrow.Array.from_buffers(kind, len(column), [None, data])
 
 
-def read_table(path: Path) -> Any:
+class Coded(NamedTuple):
+    """A column of texts: the distinct ones, and each row's number among them."""
+
+    values: tuple[str, ...]
+    code: Ints  # (K,) -1 for none
+
+
+def read_table(path: Path, *, texts: Sequence[str] = ()) -> Any:
     """Return the pyarrow table in a Parquet file.
+
+    Parameters
+    ----------
+    texts
+        Columns of few distinct texts, which are then read faster.
 
     Raises
     ------
     InputError
-        If it cannot be read.
+        If it cannot be read, or a column stands in it twice.
     """
     import pyarrow
     import pyarrow.parquet
 
     try:
-        return pyarrow.parquet.ParquetFile(path).read()
+        file = pyarrow.parquet.ParquetFile(path)
+        names = file.schema_arrow.names
+        refuse_twice(path, names)
+        known = [name for name in texts if name in names]
+        return pyarrow.parquet.ParquetFile(path, read_dictionary=known).read()
     except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"{path}: is no readable Parquet file ({error})") from error
+        raise InputError(f"{path}: is no readable Parquet file ({one_line(error)})") from error
+
+
+def one_line(error: Exception) -> str:
+    """Return a library's message as a single line."""
+    return " ".join(str(error).split())
+
+
+def refuse_twice(path: Path, names: Sequence[str]) -> None:
+    """Refuse a table in which two columns have the same name.
+
+    Raises
+    ------
+    InputError
+        With the name.
+    """
+    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if twice:
+        raise InputError(f"{path}: column {twice[0]!r} stands in it twice; leave one of them out")
+
+
+def metadata(path: Path, table: Any, key: str) -> str | None:
+    """Return a text of a table's metadata, None if there is none of that name.
+
+    Raises
+    ------
+    InputError
+        If it is no text.
+    """
+    said = (table.schema.metadata or {}).get(key.encode())
+    try:
+        return None if said is None else str(said, encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: its metadata {key!r} is no text; write it again") from error
 
 
 def column(path: Path, table: Any, name: str) -> Any:
@@ -100,7 +150,7 @@ def column(path: Path, table: Any, name: str) -> Any:
     return table[name].combine_chunks()
 
 
-def numbers(path: Path, table: Any, name: str) -> npt.NDArray[np.float64]:
+def numbers(path: Path, table: Any, name: str) -> Floats:
     """Return a column of finite numbers.
 
     Raises
@@ -108,20 +158,179 @@ def numbers(path: Path, table: Any, name: str) -> npt.NDArray[np.float64]:
     InputError
         If there is no such column, or it holds anything else.
     """
-    import pyarrow
+    return _finite(path, name, numbers_or_nan(path, table, name))
 
-    try:
-        values = np.from_dlpack(column(path, table, name)).astype(float)
-    except (TypeError, pyarrow.ArrowException) as error:
-        raise InputError(f"{path}: column {name!r} must hold numbers ({error})") from error
-    if not np.isfinite(values).all():
-        row = int(np.argmin(np.isfinite(values)))
-        raise InputError(f"{path}: column {name!r} holds NaN or infinity in row {row}; remove it")
+
+def numbers_or_nan(path: Path, table: Any, name: str) -> Floats:
+    """Return a column of numbers, NaN where it is null.
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or it holds anything but numbers, or texts of numbers.
+    """
+    return _floats(path, name, _plain(column(path, table, name)))
+
+
+def seconds_or_nan(path: Path, table: Any, name: str) -> Floats:
+    """Return a column of times in seconds, NaN where it is null.
+
+    Durations and times of the day become seconds, whatever their unit; so do texts, which may be
+    "H:M:S" as well.
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or it holds anything else, such as dates.
+    """
+    from pyarrow import types
+
+    values = _plain(column(path, table, name))
+    kind = values.type
+    if types.is_timestamp(kind) or types.is_date(kind):
+        raise InputError(
+            f"{path}: column {name!r} holds dates ({kind}); subtract the moment that is to be "
+            "time 0, and write seconds"
+        )
+    if types.is_duration(kind) or types.is_time(kind):
+        return _seconds_of_units(path, name, values)
+    if _is_text(kind):
+        texts = _coded(path, name, values)
+        return np.append(_clock_times(path, name, texts.values), np.nan)[texts.code]
+    return _floats(path, name, values)
+
+
+def seconds_column(path: Path, table: Any, name: str) -> Floats:
+    """Return a column of finite times in seconds, as `seconds_or_nan` reads them.
+
+    Raises
+    ------
+    InputError
+        As `seconds_or_nan`, and if a time is missing.
+    """
+    return _finite(path, name, seconds_or_nan(path, table, name))
+
+
+def texts(path: Path, table: Any, name: str) -> Coded:
+    """Return a column of texts; whole numbers are taken as names, such as 7 as "7".
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or it holds anything else.
+    """
+    return _coded(path, name, column(path, table, name))
+
+
+def coded(values: Sequence[str | None], code: Ints) -> Coded:
+    """Return texts by their number in ``values``, which may hold one of them twice, or None."""
+    number: dict[str, int] = {}
+    of = [-1 if one is None else number.setdefault(one, len(number)) for one in values]
+    if of != list(range(len(values))):
+        code = np.array([*of, -1])[code]
+    return Coded(tuple(number), code)
+
+
+def _finite(path: Path, name: str, values: Floats) -> Floats:
+    finite = np.isfinite(values)
+    if not finite.all():
+        raise InputError(
+            f"{path}: column {name!r} holds no finite number (null, NaN or infinity) in row "
+            f"{int(np.argmin(finite))}; remove it"
+        )
     return values
 
 
-def indices(encoded: Any) -> Ints:
+def _plain(values: Any) -> Any:
+    """Return an array without a dictionary."""
+    import pyarrow
+
+    return values.dictionary_decode() if pyarrow.types.is_dictionary(values.type) else values
+
+
+def _is_text(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_string(kind) or types.is_large_string(kind) or types.is_string_view(kind))
+
+
+def _floats(path: Path, name: str, values: Any) -> Floats:
+    import pyarrow
+    from pyarrow import types
+
+    kind = values.type
+    known = _is_text(kind) or types.is_null(kind) or types.is_decimal(kind)
+    if not (known or types.is_integer(kind) or types.is_floating(kind)):
+        raise InputError(f"{path}: column {name!r} must hold numbers, not {kind}")
+    try:
+        # A number of nanoseconds may need more digits than a float has.
+        floats = values.cast(pyarrow.float64(), safe=False)
+    except pyarrow.ArrowException as error:
+        text = one_line(error)
+        raise InputError(f"{path}: column {name!r} must hold numbers ({text})") from error
+    return np.asarray(_filled(floats, np.nan) if floats.null_count else np.from_dlpack(floats))
+
+
+def _seconds_of_units(path: Path, name: str, values: Any) -> Floats:
+    import pyarrow
+
+    per_second = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}[values.type.unit]
+    whole = values.cast(pyarrow.int32()) if values.type.bit_width == 32 else values
+    return _floats(path, name, whole.cast(pyarrow.int64())) / per_second
+
+
+def _clock_times(path: Path, name: str, values: Sequence[str]) -> list[float]:
+    try:
+        return [seconds(one) for one in values]
+    except InputError as error:
+        raise InputError(f"{path}: column {name!r} {error}") from error
+
+
+def _coded(path: Path, name: str, values: Any) -> Coded:
+    import pyarrow
+    from pyarrow import types
+
+    try:
+        if not types.is_dictionary(values.type):
+            view = types.is_string_view(values.type)
+            values = (values.cast(pyarrow.large_string()) if view else values).dictionary_encode()
+        words = values.dictionary
+        kind = words.type
+        if types.is_floating(kind) or types.is_decimal(kind):
+            words = words.cast(pyarrow.int64())  # names of which one is missing, as pandas has them
+        elif not (_is_text(kind) or _is_bytes(kind) or types.is_integer(kind)):
+            raise InputError(f"{path}: column {name!r} must hold names, not {kind}")
+        words = words.cast(pyarrow.large_string())
+    except pyarrow.ArrowException as error:
+        text = one_line(error)
+        raise InputError(f"{path}: column {name!r} must hold names ({text})") from error
+    return coded(words.to_pylist(), _codes(values))
+
+
+def _is_bytes(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_binary(kind) or types.is_large_binary(kind) or types.is_null(kind))
+
+
+def _filled(values: Any, missing: float) -> Any:
+    """Return a pyarrow array as NumPy's, with a number in the place of nulls.
+
+    pyarrow's own way makes a value of the number first, and that loads pandas.
+    """
+    import pyarrow
+
+    present = np.from_dlpack(values.is_valid().cast(pyarrow.uint8())) != 0
+    data = [None, values.buffers()[1]]
+    bare = pyarrow.Array.from_buffers(values.type, len(values), data, offset=values.offset)
+    return np.where(present, np.from_dlpack(bare), missing)
+
+
+def _codes(encoded: Any) -> Ints:
     """Return where in its dictionary each row's value stands, -1 for none, (K,)."""
-    if encoded.indices.null_count == 0:
-        return np.asarray(np.from_dlpack(encoded.indices))
-    return np.array([-1 if i is None else i for i in encoded.indices.to_pylist()])
+    import pyarrow
+
+    found = encoded.indices
+    if found.null_count:
+        return np.asarray(_filled(found.cast(pyarrow.int32()), -1))
+    return np.asarray(np.from_dlpack(found))

@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from benchmarks.figures import Figure, machine, show
+from benchmarks.reading import reading
 
 from planner import (
     OpenScenario,
@@ -164,6 +165,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
     "greedy": greedy,
     "exact": exact,
     "exhaustive": exhaustive,
+    "reading": reading,
     "help": answer,
     "commands": commands,
 }
@@ -290,6 +292,9 @@ def arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         "--repeats", type=int, default=5, metavar="N", help="repetitions of each (default 5)"
     )
     parser.add_argument(
+        "--against", type=Path, metavar="DIR", help="reading: compare with this checkout, in turn"
+    )
+    parser.add_argument(
         "--json", type=Path, metavar="FILE", help="also write every single value to FILE"
     )
     wanted = parser.parse_args(argv)
@@ -305,6 +310,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         if argv[:1] == [f"--{name}"]:
             sys.exit(import_module(f"benchmarks.{name}").main(argv[1:]))
     wanted = arguments(argv)
+    SECTIONS["reading"] = partial(reading, against=wanted.against)
     host, figures = machine(), []
     try:
         for section in wanted.only or SECTIONS:

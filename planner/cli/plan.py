@@ -54,7 +54,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--futures",
         type=path,
         metavar="FILE",
-        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML or Parquet)",
+        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML, CSV or Parquet)",
+    )
+    parser.add_argument(
+        "--begin",
+        type=moment,
+        metavar="TIME",
+        help="the time in --futures that is time 0 of the search, in seconds or H:M:S",
     )
     parser.add_argument(
         "--tick", type=moment, metavar="S", help="greedy: check for detection every S seconds"
@@ -89,6 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _overrides(arguments: argparse.Namespace) -> list[str]:
     """Return the scenario overrides that the command's own options stand for."""
     overrides = objective_overrides(arguments)
+    if arguments.begin is not None and arguments.futures is None:
+        raise InputError(f"--begin {arguments.begin:g}: goes with --futures only; leave it out")
     if arguments.free:
         if arguments.method != "best":
             raise InputError(f"--free: goes with --method best, not with {arguments.method}")

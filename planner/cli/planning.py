@@ -90,7 +90,10 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
             'greedy.particles: "anew" draws from the belief at every step, which --futures '
             'takes the place of; use "once"'
         )
-    planning = read_recording(arguments.futures, opened.network)
+    horizon_s = opened.scenario.search.horizon_s
+    planning = read_recording(
+        arguments.futures, opened.network, begin_s=arguments.begin, horizon_s=horizon_s
+    )
     return Targets(planning, evaluation_recorded(arguments, opened))
 
 

@@ -1,20 +1,24 @@
-"""SUMO's floating car data (FCD, XML or Parquet) as columns."""
+"""SUMO's floating car data (FCD) as samples of vehicles on the edges of a network."""
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from planner.arrays import Floats, Frozen, Ints, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
 from planner.errors import InputError
+from planner.futures.edges import NOT_FOR_CARS, edges_of
+from planner.futures.fcd_formats import REMEDY, Rows, read_rows
 from planner.futures.futures import NO_EDGE
 from planner.network.road_network import RoadNetwork
-from planner.parquet import indices
 
-REMEDY = "write it with `sumo --fcd-output FILE.parquet` (or .xml)"
+log = logging.getLogger(__name__)
+
+SAME_S = 1e-9  # samples closer in time than this are at one time
+SAME_M = 0.01  # places in files have two decimals
+ROADS = "record cars, or give a net on which they may drive"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +48,10 @@ class Samples(Frozen):
 
 
 def read_samples(path: Path, network: RoadNetwork) -> Samples:
-    """Return the samples of an FCD file, ``.parquet`` or ``.xml`` (also gzipped).
+    """Return the samples of an FCD file, as XML, CSV (also gzipped) or Parquet.
+
+    Where a vehicle drives on an edge that is not for cars, its edge is unknown; one that is never
+    on another edge is left out. Both are said in the log.
 
     Raises
     ------
@@ -53,138 +60,147 @@ def read_samples(path: Path, network: RoadNetwork) -> Samples:
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; {REMEDY}")
-    columns = _parquet_columns(path) if path.suffix == ".parquet" else _xml_columns(path)
-    if len(columns["id"]) == 0:
-        raise InputError(f"{path}: holds no vehicle; {REMEDY}")
-    if not all(np.isfinite(columns[name]).all() for name in ("time", "x", "y")):
-        raise InputError(f"{path}: holds a time or a place that is not finite (NaN); {REMEDY}")
-    names, vehicle = _codes(columns["id"])
-    order = np.lexsort((columns["time"], vehicle))
-    columns = {name: column[order] for name, column in columns.items() if name != "id"}
-    vehicle = vehicle[order]
-    edge, along_m = _places(path, columns, vehicle, network)
+    return samples_of_rows(path, read_rows(path), network)
+
+
+def samples_of_rows(path: Path, rows: Rows, network: RoadNetwork) -> Samples:
+    """Return the samples that rows of a file hold, as `read_samples` does."""
+    _refuse_missing(path, rows)
+    edge, inside = _edge_of_rows(path, rows, network)
+    names, vehicle = _by_appearance(*rows.vehicle)
+    kept = _on_roads(path, vehicle, names, edge)
+    if not kept.all():
+        rows = rows.take(kept)
+        edge, inside = edge[kept], inside[kept]
+        names, vehicle = _by_appearance(*rows.vehicle)
+    order = np.lexsort((rows.time_s, vehicle))
+    order = order[_once(path, rows, names, vehicle, order)]
+    if not rows.on_lanes:
+        order = order[_entering(rows, vehicle, edge, order)]
+    vehicle, edge, inside = vehicle[order], edge[order], inside[order]
+    edge, along_m = _out_of_junctions(edge, rows.along_m[order], vehicle, network, inside)
     return Samples(
         names=names,
         vehicle=vehicle,
-        time_s=columns["time"],
-        x_m=columns["x"],
-        y_m=columns["y"],
-        speed_mps=columns["speed"],
+        time_s=rows.time_s[order],
+        x_m=rows.x_m[order],
+        y_m=rows.y_m[order],
+        speed_mps=rows.speed_mps[order],
         edge=edge,
         along_m=along_m,
     )
 
 
-def _parquet_columns(path: Path) -> dict[str, Any]:
-    import pyarrow
-    import pyarrow.compute
-    import pyarrow.parquet
-
-    try:
-        text = ["vehicle_id", "vehicle_lane"]
-        table = pyarrow.parquet.ParquetFile(path, read_dictionary=text).read()
-        # Steps without vehicles are rows of nulls.
-        table = table.filter(pyarrow.compute.is_valid(table["vehicle_id"]))
-        columns: dict[str, Any] = {
-            "time": _numbers(table["timestep_time"]),
-            "x": _numbers(table["vehicle_x"]),
-            "y": _numbers(table["vehicle_y"]),
-            "id": _texts(table["vehicle_id"]),
-        }
-        for name in ("speed", "pos"):
-            known = f"vehicle_{name}" in table.column_names
-            unknown = np.full(len(table), np.nan)
-            columns[name] = _numbers(table[f"vehicle_{name}"]) if known else unknown
-        known = "vehicle_lane" in table.column_names
-        columns["lane"] = _texts(table["vehicle_lane"]) if known else np.full(len(table), "")
-    except (pyarrow.ArrowException, OSError, KeyError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: is no floating car data ({error}); {REMEDY}") from error
-    return columns
+def _refuse_missing(path: Path, rows: Rows) -> None:
+    if len(rows.time_s) == 0:
+        raise InputError(f"{path}: holds no vehicle; {REMEDY}")
+    for word, column in (("time", rows.time_s), ("x", rows.x_m), ("y", rows.y_m)):
+        known = np.isfinite(column)
+        if not known.all():
+            row = int(np.argmin(known))
+            raise InputError(
+                f"{path}: vehicle {rows.vehicle.values[rows.vehicle.code[row]]!r} has no finite "
+                f"{word} (null or NaN) at {rows.time_s[row]:g} s; leave that sample out"
+            )
 
 
-def _numbers(column: Any) -> Floats:
-    """Return a column as numbers, NaN where it is null.
+def _once(
+    path: Path, rows: Rows, names: Sequence[str], vehicle: Ints, order: Offsets
+) -> Flags | slice:
+    """Return which of the sorted rows are the first of their vehicle at their time.
 
-    pyarrow's own way to NumPy would load pandas, half a second in every process that runs SUMO.
+    Raises
+    ------
+    InputError
+        If a vehicle is at two places at one time.
     """
-    import pyarrow
-    import pyarrow.compute
-
-    floats = column.cast(pyarrow.float64())
-    if floats.null_count:
-        floats = pyarrow.compute.fill_null(floats, np.nan)
-    return np.asarray(np.from_dlpack(floats.combine_chunks()))
-
-
-def _texts(column: Any) -> npt.NDArray[Any]:
-    """Return a column of texts, "" where it is null."""
-    encoded = column.combine_chunks()
-    values = np.array([*encoded.dictionary.to_pylist(), ""], dtype=object)
-    return np.asarray(values[indices(encoded)])
-
-
-def _xml_columns(path: Path) -> dict[str, Any]:
-    import gzip
-    import zlib
-    from xml.etree import ElementTree
-
-    rows: list[tuple[str, float, float, float, float, float, str]] = []
-    opened: Any = gzip.open if path.suffix == ".gz" else open
-    try:
-        with opened(path, "rb") as file:
-            for _, element in ElementTree.iterparse(file):
-                if element.tag == "timestep":
-                    rows += _xml_rows(element)
-                    element.clear()
-    except (ElementTree.ParseError, KeyError, ValueError, OSError, EOFError, zlib.error) as error:
-        raise InputError(f"{path}: is no floating car data ({error}); {REMEDY}") from error
-    names = ("id", "time", "x", "y", "speed", "pos", "lane")
-    kinds = (object, float, float, float, float, float, object)
-    columns = zip(*rows, strict=True) if rows else [[]] * len(names)
-    return {
-        name: np.array(column, dtype=kind)
-        for name, column, kind in zip(names, columns, kinds, strict=True)
-    }
-
-
-def _xml_rows(timestep: Any) -> Iterable[tuple[str, float, float, float, float, float, str]]:
-    time_s = float(timestep.attrib["time"])
-    for vehicle in timestep.iter("vehicle"):
-        said = vehicle.attrib
-        numbers = (said["x"], said["y"], said.get("speed", "nan"), said.get("pos", "nan"))
-        x, y, speed, pos = map(float, numbers)
-        yield said["id"], time_s, x, y, speed, pos, said.get("lane", "")
-
-
-def _codes(names: npt.NDArray[Any]) -> tuple[tuple[str, ...], Ints]:
-    """Return the distinct names in order of appearance, and each row's number among them."""
-    number: dict[str, int] = {}
-    codes = [number.setdefault(str(name), len(number)) for name in names]
-    return tuple(number), np.array(codes, dtype=np.int32)
-
-
-def _places(
-    path: Path, columns: dict[str, Any], vehicle: Ints, network: RoadNetwork
-) -> tuple[Ints, Floats]:
-    names, code = _codes(columns["lane"])
-    edge_names = [name.rpartition("_")[0] for name in names]
-    unknown = sorted(
-        {edge for edge in edge_names if edge and edge[0] != ":" and edge not in network.edge_index}
-    )
-    if unknown:
+    again = np.diff(rows.time_s[order]) < SAME_S
+    again &= np.diff(vehicle[order]) == 0
+    if not again.any():
+        return slice(None)
+    first, second = order[:-1][again], order[1:][again]
+    apart_m = np.hypot(*(column[first] - column[second] for column in (rows.x_m, rows.y_m)))
+    if (apart_m > SAME_M).any():
+        one, other = (side[int(np.argmax(apart_m))] for side in (first, second))
         raise InputError(
-            f"{path}: edge {unknown[0]!r} is not in {network.path.name} (nor are "
-            f"{len(unknown) - 1} others); give the net that the file was recorded on"
+            f"{path}: vehicle {names[vehicle[one]]!r} is at two places at {rows.time_s[one]:g} s, "
+            f"({rows.x_m[one]:g}, {rows.y_m[one]:g}) and ({rows.x_m[other]:g}, "
+            f"{rows.y_m[other]:g}) m; leave one of them out, or name two vehicles"
         )
-    of_lane = np.array(
-        [network.edge_index.get(edge, NO_EDGE) for edge in edge_names], dtype=np.int32
-    )
-    inside = np.array([edge.startswith(":") for edge in edge_names])[code]
-    return _out_of_junctions(of_lane[code], columns["pos"], vehicle, network, inside)
+    log.warning("%s: %d samples stand in it twice; read once", path, len(first))
+    return np.append(True, ~again)
+
+
+def _entering(rows: Rows, vehicle: Ints, edge: Ints, order: Offsets) -> Flags:
+    """Return which of the sorted rows are the first of their vehicle on a piece of an edge.
+
+    Without lanes SUMO moves vehicles from piece to piece, and says where the piece begins as long
+    as they drive on it. Between the first rows they drive evenly.
+    """
+    stays = (rows.speed_mps[order] > 0.0)[1:]
+    for column in (vehicle, edge, rows.x_m, rows.y_m):
+        stays &= np.diff(column[order]) == 0
+    return np.append(True, ~stays | (edge[order][1:] == NO_EDGE))
+
+
+def _edge_of_rows(path: Path, rows: Rows, network: RoadNetwork) -> tuple[Ints, Flags]:
+    """Return each row's edge, and whether it is the inside of a junction, (S,)."""
+    index = np.append(edges_of(path, rows.edge, network), np.int32(NO_EDGE))
+    inside = np.array([name.startswith(":") for name in rows.edge.values] + [False])
+    return index[rows.edge.code], inside[rows.edge.code]
+
+
+def _on_roads(path: Path, vehicle: Ints, names: Sequence[str], edge: Ints) -> Flags:
+    """Return which rows are of vehicles that are not on edges for others all the time, (S,).
+
+    Such edges become unknown.
+    """
+    off = edge == NOT_FOR_CARS
+    if not off.any():
+        return np.ones(len(edge), dtype=bool)
+    count = len(names)
+    rows = np.bincount(vehicle, minlength=count)
+    rows_off = np.bincount(vehicle[off], minlength=count)
+    out = (rows_off > 0) & (rows_off == rows)
+    if out.all():
+        raise InputError(f"{path}: all vehicles drive on edges that are not for cars; {ROADS}")
+    if out.any():
+        some = names[int(np.argmax(out))]
+        log.warning(
+            "%s: left out: vehicles that drive on edges only that are not for cars (%d of %d, the "
+            "first %r)",
+            path,
+            out.sum(),
+            count,
+            some,
+        )
+    partly = (rows_off > 0) & ~out
+    if partly.any():
+        some = names[int(np.argmax(partly))]
+        log.warning(
+            "%s: taken as unknown: edges that are not for cars, of vehicles that drive on others "
+            "too (%d of %d, the first %r)",
+            path,
+            partly.sum(),
+            count,
+            some,
+        )
+    edge[off] = NO_EDGE
+    return np.asarray(~out[vehicle])
+
+
+def _by_appearance(names: Sequence[str], code: Ints) -> tuple[tuple[str, ...], Ints]:
+    """Return the names that there are, in the order of their first rows, and each row's number."""
+    first = np.full(len(names), len(code))
+    first[code[::-1]] = np.arange(len(code))[::-1]
+    order = np.argsort(first, kind="stable")[: np.count_nonzero(first < len(code))]
+    number = np.empty(len(names), dtype=np.int32)
+    number[order] = np.arange(len(order))
+    return tuple(names[k] for k in order.tolist()), number[code]
 
 
 def _out_of_junctions(
-    edge: Ints, along_m: Floats, vehicle: Ints, network: RoadNetwork, inside: npt.NDArray[np.bool_]
+    edge: Ints, along_m: Floats, vehicle: Ints, network: RoadNetwork, inside: Flags
 ) -> tuple[Ints, Floats]:
     """Put samples inside a junction at the start of the edge that their vehicle enters next.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
-from planner.checked import finite, offsets, same_length, weights
+from planner.checked import offsets, same_length, weights
 from planner.errors import InputError
 
 NO_EDGE = -1
@@ -51,6 +51,11 @@ class Futures(Frozen):
 
     Between two knots a particle moves straight at constant speed. It is nowhere before its first
     knot; after its last one it rests there, or is gone. A particle without knots is never seen.
+
+    Raises
+    ------
+    InputError
+        If a particle's times do not rise, or a time or place is not finite.
     """
 
     time_s: Floats  # (K,) seconds on the target's clock, rising within a particle
@@ -80,12 +85,30 @@ class Futures(Frozen):
         particles = same_length(weight=self.weight, gone=self.gone, target=self.target)
         knots = same_length(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m, edge=self.edge)
         offsets("first_knot", self.first_knot, particles, knots)
-        finite(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m)
         weights("weight", self.weight)
-        falls = np.diff(self.time_s) < 0
-        falls[self.first_knot[(self.first_knot > 0) & (self.first_knot < knots)] - 1] = False
-        if falls.any():
-            raise InputError("time_s: should rise within each particle; sort its knots")
+        self._refuse_bad_knots()
+
+    def _refuse_bad_knots(self) -> None:
+        """Compiled code relies on this: equal or unknown times would lead it beyond its columns."""
+        later = self.time_s[1:] > self.time_s[:-1]
+        finite = all(np.isfinite(column).all() for column in (self.time_s, self.x_m, self.y_m))
+        starts = self.first_knot[(self.first_knot > 0) & (self.first_knot < len(self.time_s))]
+        later[starts - 1] = True
+        if not (finite and later.all()):
+            raise InputError(self._bad_knot(later))
+
+    def _bad_knot(self, later: Flags) -> str:
+        """Return a sentence on the first knot that cannot be."""
+        unknown = ~(np.isfinite(self.time_s) & np.isfinite(self.x_m) & np.isfinite(self.y_m))
+        bad = unknown | np.append(False, ~later)
+        knot = int(np.argmax(bad))
+        values = f"{self.time_s[knot]:g} s, ({self.x_m[knot]:g}, {self.y_m[knot]:g}) m"
+        if not unknown[knot]:
+            values += f", after one at {self.time_s[knot - 1]:g} s"
+        return (
+            f"particle {self.particle[knot]} has a knot at {values}; times must rise from knot to "
+            "knot, and times and places be finite"
+        )
 
     def __len__(self) -> int:
         return len(self.weight)

@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.futures.fcd import Samples
+from planner.futures.fcd import SAME_S, Samples
 from planner.futures.futures import NO_EDGE, Futures
 from planner.network.road_network import RoadNetwork
 
 TOLERANCE_M = 1.0  # how far a dropped sample may lie from the straight, even motion
 EXACT_M = 1e-3  # lanes that differ less from the drawn road are as long as it
-SAME_S = 1e-9  # knots closer in time than this are one
+LATE = 0.01  # of the time between two samples: digits that a file lacks make a crossing later
 
 
 class Knots:
@@ -135,7 +136,7 @@ def futures_of_samples(
     parts = [on]
     followed = routes or DrivenRoutes.shown(samples)
     place = _route_places(samples, followed)
-    parts.append(_crossings(samples, network, followed, place))
+    parts.append(_crossings(samples, network, followed, place, shown=routes is None))
     if routes is not None:
         parts.append(_arrivals(samples, network, routes, place, ended))
     knots = Knots.merged(parts).thinned(TOLERANCE_M)
@@ -167,16 +168,35 @@ def _route_places(samples: Samples, routes: DrivenRoutes) -> Offsets:
     return np.repeat(place, np.diff(np.append(rows, len(samples.vehicle))))
 
 
+class _Left(NamedTuple):
+    """Samples after which vehicles leave edges."""
+
+    rows: Offsets  # (k,) of the samples
+    edges: Offsets  # (k,) how many edges each leaves
+    speed_mps: Floats  # (k,) at which it drives there, if the routes have none
+    latest_s: Floats  # (k,) when the last of them is left at the latest
+    onto_m: Floats  # (k,) how far it has driven by then on the edge it is on; NaN where it stops
+
+
 def _crossings(
-    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets
+    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets, *, shown: bool
 ) -> Knots:
-    """Knots at the ends of all edges that are left between two samples of a vehicle."""
+    """Knots at the ends of all edges that are left between two samples of a vehicle.
+
+    Samples of every step hold the speed that a vehicle had all the way. Files that show their
+    routes only may hold fewer; there a vehicle may have braked.
+    """
     known = (samples.edge != NO_EDGE) & ~np.isnan(samples.along_m) & ~np.isnan(samples.speed_mps)
     onward = (np.diff(samples.vehicle) == 0) & (np.diff(place) > 0)
     rows = np.flatnonzero(onward & known[:-1] & known[1:])
-    crossed = place[rows + 1] - place[rows]
-    speed_mps, latest_s = samples.speed_mps[rows + 1], samples.time_s[rows + 1]
-    return _ends_of_edges(samples, network, routes, place, (rows, crossed, speed_mps, latest_s))
+    left = _Left(
+        rows=rows,
+        edges=place[rows + 1] - place[rows],
+        speed_mps=samples.speed_mps[rows + 1],
+        latest_s=samples.time_s[rows + 1],
+        onto_m=samples.along_m[rows + 1] if shown else np.full(len(rows), np.nan),
+    )
+    return _ends_of_edges(samples, network, routes, place, left)
 
 
 def _arrivals(
@@ -190,33 +210,34 @@ def _arrivals(
     ended_before_s, step_s = ended
     last = np.flatnonzero(np.diff(samples.vehicle, append=-1) != 0)
     rows = last[samples.time_s[last] < ended_before_s]
-    to_go = routes.first[samples.vehicle[rows] + 1] - place[rows]
-    speed_mps, latest_s = samples.speed_mps[rows], samples.time_s[rows] + step_s
-    return _ends_of_edges(samples, network, routes, place, (rows, to_go, speed_mps, latest_s))
+    left = _Left(
+        rows=rows,
+        edges=routes.first[samples.vehicle[rows] + 1] - place[rows],
+        speed_mps=samples.speed_mps[rows],
+        latest_s=samples.time_s[rows] + step_s,
+        onto_m=np.full(len(rows), np.nan),
+    )
+    return _ends_of_edges(samples, network, routes, place, left)
 
 
 def _ends_of_edges(
-    samples: Samples,
-    network: RoadNetwork,
-    routes: DrivenRoutes,
-    place: Offsets,
-    left: tuple[Offsets, Offsets, Floats, Floats],
+    samples: Samples, network: RoadNetwork, routes: DrivenRoutes, place: Offsets, left: _Left
 ) -> Knots:
-    """Knots at the ends of the next edges after given samples.
-
-    ``left`` holds the samples' rows, how many edges each leaves, its speed if the routes have
-    none, and the latest possible time.
-    """
-    rows, count, speed_mps, latest_s = left
-    nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    row = np.repeat(rows, count)
+    """Knots at the ends of the next edges after given samples."""
+    nth = np.arange(left.edges.sum()) - np.repeat(np.cumsum(left.edges) - left.edges, left.edges)
+    row = np.repeat(left.rows, left.edges)
     at = place[row] + nth
     length_m = network.edge_length_m[routes.edge]
     driven = routes.driven(network.edge_length_m)
     rest = (length_m[place[row]] - samples.along_m[row]) * routes.pace[place[row]]
     ahead = rest + driven[at] - driven[place[row]]  # seconds; metres where no speed is drawn
-    after_s = ahead if routes.drawn else ahead / np.repeat(speed_mps, count)
-    time_s = np.minimum(samples.time_s[row] + after_s, np.repeat(latest_s, count))
+    last = np.repeat(np.cumsum(left.edges) - 1, left.edges)
+    onto = (
+        np.repeat(left.onto_m, left.edges) * routes.pace[np.minimum(at[last] + 1, len(driven) - 1)]
+    )
+    speed = np.ones(len(row)) if routes.drawn else np.repeat(left.speed_mps, left.edges)
+    latest_s = np.repeat(left.latest_s, left.edges)
+    time_s = _times(samples.time_s[row], latest_s, speed, ahead, ahead[last] + onto)
     goal = at + 1 == routes.first[samples.vehicle[row] + 1]
     return Knots(
         samples.vehicle[row],
@@ -224,6 +245,24 @@ def _ends_of_edges(
         _points(samples, network, row, routes.edge[at], time_s),
         routes.edge[np.where(goal, at, np.minimum(at + 1, len(routes.edge) - 1))],
     )
+
+
+def _times(
+    since_s: Floats, latest_s: Floats, speed: Floats, ahead: Floats, in_all: Floats
+) -> Floats:
+    """Return when vehicles that sampled at ``since_s`` have driven ``ahead``, (k,) seconds.
+
+    Their speed says so. Where it is none, or says that they come too late, they are taken to drive
+    evenly: ``in_all`` is what they have driven at the latest time, NaN where that is not known.
+    """
+    lasts_s = latest_s - since_s
+    after_s = np.divide(ahead, speed, out=np.full(len(ahead), np.inf), where=speed > 0.0)
+    late = (after_s > (1.0 + LATE) * lasts_s) & ~np.isnan(in_all)
+    share = np.divide(ahead, in_all, out=np.zeros(len(ahead)), where=in_all > 0.0)
+    after_s = np.where(late, np.clip(share, 0.0, 1.0) * lasts_s, after_s)
+    time_s = np.minimum(since_s + after_s, latest_s)
+    # An edge may be left before the sample on it where that lies beyond the edge's end.
+    return np.where(time_s < since_s - SAME_S, since_s, time_s)
 
 
 def _points(
@@ -243,7 +282,7 @@ def _points(
     step_s = np.where(arriving, 1.0, samples.time_s[after] - samples.time_s[row])
     share = (time_s - samples.time_s[row]) / step_s
     between = xy_m[row] + (xy_m[after] - xy_m[row]) * share[:, None]
-    rest_m = network.edge_length_m[left] - samples.along_m[row]
+    rest_m = np.maximum(0.0, network.edge_length_m[left] - samples.along_m[row])
     reach = np.minimum(1.0, rest_m / np.maximum(np.linalg.norm(onward, axis=1), rest_m + EXACT_M))
     ahead = xy_m[row] + onward * reach[:, None]
     inexact = np.where(arriving[:, None], ahead, between)

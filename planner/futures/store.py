@@ -11,18 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Ints
 from planner.belief.particles import Particles
 from planner.belief.recipe import Recipe
 from planner.errors import InputError
 from planner.files import cache_folder, results_written_whole
-from planner.futures.fcd import read_samples
+from planner.futures.fcd import Samples, samples_of_rows
+from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
+from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.record import record
+from planner.futures.tables import NamedFutures, futures_of_table
+from planner.futures.truncate import begun_at
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
-from planner.parquet import column, dictionary, indices, numbers, read_table, write_table
+from planner.parquet import dictionary, read_table, write_table
 from planner.progress import Progress
 from planner.provenance import version_of
 
@@ -31,8 +34,6 @@ log = logging.getLogger(__name__)
 SCHEMA = "planner.futures/1"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, PARTICLES = "futures.parquet", "particles.parquet"
-TOTAL = 1e-9  # by how much weights may exceed one in all
-MOST_TARGETS = 2**31 - 1
 PACKAGE = Path(__file__).parents[1]
 MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
 DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
@@ -69,7 +70,7 @@ def recorded(
     folder = cache_folder("futures") / _key(recipe, described)
     if (folder / PARTICLES).is_file():
         try:
-            return read_recording(folder / KNOTS, network)
+            return _read_kept(folder / KNOTS, network)
         except InputError as error:
             log.info("the cache was damaged (%s)", error)
     particles = recipe.particles(network)
@@ -78,7 +79,7 @@ def recorded(
     )
     with results_written_whole(folder, force=True) as new:
         write_recording(new, futures, particles, network, described)
-    return read_recording(folder / KNOTS, network)
+    return _read_kept(folder / KNOTS, network)
 
 
 def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str]:
@@ -167,96 +168,78 @@ def write_recording(
     write_table(folder / PARTICLES, table, described)
 
 
-def read_recording(path: Path, network: RoadNetwork) -> Recording:
-    """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML or Parquet.
+def read_recording(
+    path: Path,
+    network: RoadNetwork,
+    *,
+    begin_s: float | None = None,
+    horizon_s: float | None = None,
+) -> Recording:
+    """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML, CSV or Parquet.
 
     ``particles.parquet`` beside a ``futures.parquet`` holds weights, targets and ends; without it
     weights are equal, there is one target, and all particles stay where they end. In FCD each
-    vehicle is a particle.
+    vehicle is a particle. What is left out, or looks odd, is said in the log.
+
+    Parameters
+    ----------
+    begin_s
+        Time 0 of the futures, in seconds on the file's clock; None: that of the file.
+    horizon_s
+        When the search is given up, in seconds from time 0; None: not known.
 
     Raises
     ------
     InputError
-        If the file is missing, empty, broken, or does not belong to the network.
+        If the file is missing, empty, broken, does not belong to the network, or holds motion
+        that cannot be.
     """
+    _refuse_none(path)
+    clock = Clock(begin_s, horizon_s)
+    table = read_table(path, texts=TEXTS) if path.suffix == ".parquet" else None
+    if table is not None and "timestep_time" not in table.column_names:
+        named = _named(path, table, network)
+        check_motion(path, motion_of_futures(named.futures, named.names), network, clock)
+    else:
+        rows = read_rows(path) if table is None else rows_of_table(path, table)
+        samples = samples_of_rows(path, rows, network)
+        check_motion(path, motion_of_samples(samples), network, clock)
+        named = _of_samples(path, samples, network, begin_s)
+    futures = named.futures if begin_s is None else begun_at(named.futures, begin_s)
+    return Recording(path, futures, named.speed_mps, named.route)
+
+
+def _refuse_none(path: Path) -> None:
     if not path.is_file():
         raise InputError(f"{path}: no such file; `planner futures SCENARIO -o DIR` writes one")
-    table = read_table(path) if path.suffix == ".parquet" else None
-    if table is None or "timestep_time" in table.column_names:
-        futures = futures_of_samples(read_samples(path, network), network)
-        unknown = len(futures)
-        return Recording(path, futures, (np.nan,) * unknown, ("",) * unknown)
+
+
+def _named(path: Path, table: Any, network: RoadNetwork) -> NamedFutures:
     beside = path.with_name(PARTICLES)
-    if not beside.is_file():
-        futures = _futures(path, table, network, None)
-        return Recording(path, futures, (np.nan,) * len(futures), ("",) * len(futures))
-    particles = read_table(beside)
-    futures = _with_particles(beside, _futures(path, table, network, len(particles)), particles)
-    speed, route = (column(beside, particles, name) for name in ("speed_mps", "route"))
-    return Recording(path, futures, tuple(speed.to_pylist()), tuple(route.to_pylist()))
+    return futures_of_table(path, table, network, beside if beside.is_file() else None)
 
 
-def _futures(path: Path, table: Any, network: RoadNetwork, count: int | None) -> Futures:
-    if table.num_rows == 0:
-        raise InputError(f"{path}: holds no row; record at least one particle")
-    recorded_on = (table.schema.metadata or {}).get(b"net_sha256", network.sha256.encode())
-    if recorded_on.decode() != network.sha256:
-        raise InputError(
-            f"{path}: was recorded on another network than {network.path}; record it again"
+def _of_samples(
+    path: Path, samples: Samples, network: RoadNetwork, begin_s: float | None
+) -> NamedFutures:
+    """Return the futures of the vehicles that are still there at a time."""
+    futures, names = futures_of_samples(samples, network), samples.names
+    over = futures.end_s < (-np.inf if begin_s is None else begin_s)
+    if over.any():
+        log.warning(
+            "%s: left out: vehicles that end before --begin (%d of %d, the first %r)",
+            path,
+            over.sum(),
+            len(over),
+            names[int(np.argmax(over))],
         )
-    particle = numbers(path, table, "particle").astype(np.int64)
-    time_s, x_m, y_m = (numbers(path, table, name) for name in ("time_s", "x_m", "y_m"))
-    step = np.diff(particle)
-    if particle[0] < 0 or (step < 0).any() or (np.diff(time_s)[step == 0] <= 0).any():
-        raise InputError(f"{path}: rows must be sorted by particle (from 0), then rising time_s")
-    total = count if count is not None else int(particle[-1]) + 1
-    if particle[-1] >= total:
-        raise InputError(f"{path}: particle {particle[-1]} has no row in {PARTICLES}")
-    knots = np.bincount(particle, minlength=total)
-    return Futures(
-        time_s=time_s,
-        x_m=x_m,
-        y_m=y_m,
-        edge=_edges(path, table, network),
-        first_knot=np.concatenate(([0], np.cumsum(knots))),
-        weight=np.full(total, 1.0 / total),
-        gone=np.zeros(total, dtype=bool),
-    )
+        names = tuple(name for name, left in zip(names, over, strict=True) if not left)
+        futures = replace(futures.take(~over), weight=np.full(len(names), 1.0 / len(names)))
+    return NamedFutures(futures, names, (np.nan,) * len(names), ("",) * len(names))
 
 
-def _edges(path: Path, table: Any, network: RoadNetwork) -> Any:
-    if "edge" not in table.column_names:
-        return np.full(len(table), NO_EDGE)
-    encoded = table["edge"].combine_chunks().dictionary_encode()
-    names = encoded.dictionary.to_pylist()
-    used = indices(encoded)
-    unknown = [names[i] for i in np.unique(used[used >= 0]) if names[i] not in network.edge_index]
-    if unknown:
-        raise InputError(
-            f"{path}: edge {unknown[0]!r} is not in {network.path.name}; "
-            "give the scenario whose net the file was recorded on"
-        )
-    of_name = np.array([network.edge_index.get(name, NO_EDGE) for name in names] + [NO_EDGE])
-    return of_name[used]
-
-
-def _with_particles(path: Path, futures: Futures, particles: Any) -> Futures:
-    weight = numbers(path, particles, "weight")
-    if (weight < 0).any() or weight.sum() > 1 + TOTAL:
-        raise InputError(
-            f"{path}: weights must not be negative nor exceed 1 in all, "
-            f"they sum to {weight.sum():g}"
-        )
-    at_end = np.array(column(path, particles, "at_end").to_pylist())
-    if not np.isin(at_end, ("stays", "gone")).all():
-        raise InputError(f"{path}: column 'at_end' must hold 'stays' or 'gone'")
-    return replace(futures, weight=weight, gone=at_end == "gone", target=_targets(path, particles))
-
-
-def _targets(path: Path, particles: Any) -> Ints:
-    if "target" not in particles.column_names:
-        return np.zeros(len(particles), dtype=np.int32)
-    target = numbers(path, particles, "target")
-    if (target % 1 > 0).any() or target.min() < 0 or target.max() > MOST_TARGETS:
-        raise InputError(f"{path}: column 'target' must hold whole numbers from 0 on")
-    return target.astype(np.int32)
+def _read_kept(path: Path, network: RoadNetwork) -> Recording:
+    """Return a recording of our own, which needs no check of its motion."""
+    _refuse_none(path)
+    named = _named(path, read_table(path), network)
+    return Recording(path, named.futures, named.speed_mps, named.route)

@@ -62,6 +62,12 @@ def after(futures: Futures, from_s: Floats) -> Futures:
     )
 
 
+def begun_at(futures: Futures, begin_s: float) -> Futures:
+    """Return the same futures on a clock whose time 0 is the given time; nothing is before it."""
+    shifted = replace(futures, time_s=futures.time_s - begin_s)
+    return after(shifted, np.zeros(len(futures)))
+
+
 def _started(futures: Futures, knot: Ints, at_s: Floats) -> Futures:
     """Return futures in which each of some knots is moved on, to a time before the next one."""
     time_s, x_m, y_m = futures.time_s.copy(), futures.x_m.copy(), futures.y_m.copy()

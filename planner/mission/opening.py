@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from planner.belief.distribution import distribution
 from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
@@ -74,6 +76,7 @@ def open_scenario(
         faults += _uav_faults(draft.uav, network)
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
+            faults += _far_faults(draft, draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario()
@@ -215,6 +218,22 @@ def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
                 f"uav.max_flight_time_s is {as_written(uav.max_flight_time_s)}; "
                 "choose a nearer place",
             )
+
+
+def _far_faults(draft: Draft, uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
+    """Yield a fault if the UAV cannot see any of the roads by the horizon."""
+    if draft.search is None or draft.sensor is None:
+        return
+    place = np.array(_start_xy(uav.start, network))
+    low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
+    away_m = math.hypot(*np.maximum(np.maximum(low - place, place - high), 0.0))
+    if away_m > uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m:
+        yield Fault(
+            "uav.start",
+            f"lies {away_m / 1000:.6g} km from the net (x {low[0]:.8g} to {high[0]:.8g}, y "
+            f"{low[1]:.8g} to {high[1]:.8g} m), farther than the UAV flies by search.horizon_s; "
+            "give a place nearby, in metres as the net has them",
+        )
 
 
 def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:

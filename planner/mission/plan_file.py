@@ -15,7 +15,7 @@ from planner.files import write_json
 from planner.flight.legs import Legs, leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
-from planner.guard import parsed_json
+from planner.guard import read_json
 from planner.network.road_network import RoadNetwork
 
 SCHEMA = "planner.plan/1"
@@ -119,16 +119,10 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
     InputError
         If the file is missing, is no plan, or names roads that are not in the network.
     """
+    if not path.is_file():
+        raise InputError(f"{path}: is missing; `planner plan SCENARIO -o DIR` writes one")
+    content = read_json(path)
     try:
-        content = parsed_json(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); `planner plan SCENARIO -o DIR` writes one"
-        ) from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error}); plan again") from error
-    try:
-        json.dumps(content, allow_nan=False)  # it is written again with a certificate
         return _stored(content, network)
     except (KeyError, TypeError, ValueError, IndexError, AssertionError) as error:
         raise InputError(f"{path}: is no plan for this network ({error!r}); plan again") from error

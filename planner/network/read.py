@@ -16,12 +16,13 @@ from planner.errors import InputError
 from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import parse_net
+from planner.network.sumo import CAR, parse_net
 from planner.scenario.sections import NetworkSection
 
-CAR = "passenger"
 # Goes into the name of kept columns: raise it when their meaning changes.
 COLUMNS_VERSION = 3
+# A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
+SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
 TEXTS = ("node_ids", "road_ids", "edge_ids", "closed_edge_ids", "projection")
 ARRAYS = (
@@ -105,7 +106,20 @@ def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     if columns is None:
         columns = _columns(path, source)
         _save(kept, columns)
-    return RoadNetwork(**columns, path=path, sha256=sha256, source=source)
+    network = RoadNetwork(**columns, path=path, sha256=sha256, source=source)
+    _refuse_other_units(network, source)
+    return network
+
+
+def _refuse_other_units(network: RoadNetwork, source: Path) -> None:
+    """Refuse a net whose coordinates cannot be metres; to drive and fly it would take for ever."""
+    low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
+    extent_m, road_m = float((high - low).max()), float(np.median(network.road_length_m))
+    seen = f"{source}: the whole net measures {extent_m:.3g} m, and its median road {road_m:.3g} m"
+    if extent_m < SMALLEST_M or road_m < SHORTEST_M:
+        raise InputError(f"{seen}; are its coordinates degrees? convert them to metres")
+    if extent_m > LARGEST_M:
+        raise InputError(f"{seen}, more than the Earth; convert its coordinates to metres")
 
 
 def _columns(path: Path, source: Path) -> dict[str, Any]:

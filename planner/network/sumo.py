@@ -19,6 +19,7 @@ from planner.interrupts import undone_if_stopped
 
 log = logging.getLogger(__name__)
 
+CAR = "passenger"
 MESSAGES = 3  # of SUMO's that are shown at most
 # What sumolib lets out where a net is broken.
 STUMBLES = (ValueError, TypeError, LookupError, AttributeError, AssertionError)

@@ -35,7 +35,8 @@ PUBLISHED = (0.7786, 0.8631, 0.8631, 0.8631, 0.8631, 1.0, 0.8631, 1.0, 1.0)  # b
 PITCH_M, SPEED_MPS, RADIUS_M = 15_000.0, 100.0, 1000.0
 LOOK_S = PITCH_M / SPEED_MPS  # from one look to the next
 THERE_S = 5.0  # before and after a look
-AWAY_M = (1e6, 1e6)
+JUMP_S = 1e-6
+AWAY_M = (1e6, 3.7e5)  # the straight way there passes no other cell
 
 
 def beside(cell: int) -> list[int]:
@@ -106,9 +107,10 @@ def cell_problem(start: int, looks: int) -> Problem:
     net = cells()
     paths, weight = target_paths(looks)
     many, away = len(paths), np.array(AWAY_M)
-    # Away, there at the look, away again: two knots at a time where it jumps.
+    # Away, there at the look, away again: two knots in a moment where it jumps.
     at_s = LOOK_S * np.arange(1, looks + 1)
-    time_s = np.stack([at_s - THERE_S, at_s - THERE_S, at_s + THERE_S, at_s + THERE_S], axis=1)
+    comes_s, goes_s = at_s - THERE_S, at_s + THERE_S
+    time_s = np.stack([comes_s - JUMP_S, comes_s, goes_s, goes_s + JUMP_S], axis=1)
     place = np.broadcast_to(away, (many, looks, 4, 2)).copy()
     place[:, :, 1] = place[:, :, 2] = net.node_xy_m[paths]
     futures = Futures(

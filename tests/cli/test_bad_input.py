@@ -310,6 +310,19 @@ def test_futures_of_another_net(run: Commands, tmp_path: Path) -> None:
     assert run("plan", scenario, *QUICK, "--futures", path).code == 0
 
 
+def test_time_0_of_futures(run: Commands, refused: Callable[..., str], tmp_path: Path) -> None:
+    path = tmp_path / "futures.parquet"
+    pyarrow.parquet.write_table(pyarrow.table(FIGURE3), path)
+    plain = run("plan", "figure3", *QUICK, "--futures", path, "--json").json["planned"]
+    later = FIGURE3 | {"time_s": [28_800.0, 29_300.0]}
+    pyarrow.parquet.write_table(pyarrow.table(later), path)
+    assert "--begin 8:00:00" in refused("plan", "figure3", *QUICK, "--futures", path)
+    begun = ("--begin", "8:00:00", "--futures", path)
+    said = run("plan", "figure3", *QUICK, *begun, "--json")
+    assert (said.err, said.json["planned"]) == ("", plain)
+    assert "--futures" in refused("plan", "figure3", *QUICK, "--begin", "8:00:00")
+
+
 def test_futures_stand_in_for_the_belief(refused: Callable[..., str], tmp_path: Path) -> None:
     path = tmp_path / "futures.parquet"
     pyarrow.parquet.write_table(pyarrow.table(FIGURE3), path)

@@ -14,7 +14,7 @@ def with_extremes(seed: int) -> Futures:
     futures = random_problem(seed, particles=20).futures
     rng = np.random.default_rng(seed)
     extra = Futures(
-        time_s=[*futures.time_s, 5.0, 9.0, 9.0, 12.0, 7.0],
+        time_s=[*futures.time_s, 5.0, 9.0, 9.001, 12.0, 7.0],
         x_m=[*futures.x_m, 0.0, 4.0, 50.0, 60.0, 3.0],
         y_m=[*futures.y_m, 0.0, 3.0, 50.0, 60.0, 4.0],
         edge=[*futures.edge, *[-1] * 5],

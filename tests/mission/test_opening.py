@@ -254,3 +254,12 @@ def test_nothing_that_is_kept_in_memory_is_stale(tmp_path: Path) -> None:
 def test_the_options_of_greedy_are_those_of_the_scenario() -> None:
     plain = opened().scenario.greedy.model_dump()
     assert plain == asdict(GreedyOptions())
+
+
+def test_a_uav_that_never_comes_near_the_net() -> None:
+    # Seen from 200 m, at 100 m/s for an hour: 360.2 km west of A.
+    assert opened("uav.start.x_m=-360200").uav_xy_m[0] == -360_200.0
+    (told,) = faults("uav.start.x_m=-360201")
+    assert told.startswith("uav.start: lies 360.201 km from the net (x 0 to 15000, y -8000 to 8000")
+    (told,) = faults("uav.start={ x_m = 392000.0, y_m = 5820000.0 }")
+    assert "farther than the UAV flies by search.horizon_s" in told

@@ -158,6 +158,19 @@ class TestPermissions:
         with pytest.raises(InputError, match=r"paths\.net\.xml: no edge for passenger cars"):
             read_net(path)
 
+    def test_a_net_in_degrees_or_millimetres_is_none(self, tmp_path: Path) -> None:
+        edges = (NETS / "figure3" / "figure3.edg.xml").read_text()
+        (tmp_path / "f.edg.xml").write_text(edges)
+        nodes = ET.parse(NETS / "figure3" / "figure3.nod.xml")
+        for factor, said in ((1 / 111_000 / 20, "measures 0.0072. m.* degrees"), (1e4, "Earth")):
+            for node in nodes.iter("node"):
+                for axis in "xy":
+                    node.set(axis, repr(float(node.get(axis, "0")) * factor))
+            nodes.write(tmp_path / "f.nod.xml")
+            with pytest.raises(InputError, match=rf"f\.edg\.xml: the whole net .*{said}"):
+                open_network(section(nodes="f.nod.xml", edges="f.edg.xml"), tmp_path)
+            nodes = ET.parse(NETS / "figure3" / "figure3.nod.xml")
+
     def test_source_without_roads_for_cars_is_named(self, tmp_path: Path) -> None:
         for end in ("nod", "edg"):
             text = (NETS / "figure3" / f"figure3.{end}.xml").read_text()

@@ -67,13 +67,23 @@ def test_a_list_of_edges_is_equal(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("1:30:00", 5400), ("0:00:01.5", 1.5), ("5400", 5400), ("26:00:00", 93600), (7, 7)],
+    [
+        ("1:30:00", 5400),
+        ("0:00:01.5", 1.5),
+        ("5400", 5400),
+        ("26:00:00", 93600),
+        (7, 7),
+        ("1:02:00:00", 93600),
+        ("0:0:0:1.5", 1.5),
+    ],
 )
 def test_seconds(text: object, expected: float) -> None:
     assert seconds(text) == expected
 
 
-@pytest.mark.parametrize("text", ["1:30", "1:60:00", "soon", "-1:00:00", True, None, "nan"])
+@pytest.mark.parametrize(
+    "text", ["1:30", "1:60:00", "1:1:60:00", "1:1:1:1:1", "soon", "-1:00:00", True, None, "nan"]
+)
 def test_no_seconds(text: object) -> None:
     with pytest.raises(InputError, match="seconds or"):
         seconds(text)
