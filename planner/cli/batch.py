@@ -1,7 +1,6 @@
 """The work of `planner experiment`: run what is not finished yet and print the table."""
 
 import argparse
-import json
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -22,6 +21,7 @@ from planner.experiments.run import Backend, Results, run
 from planner.experiments.run_condition import run_condition
 from planner.files import write_json
 from planner.futures.workers import cores
+from planner.guard import read_json
 from planner.interrupts import undone_if_stopped
 from planner.paper.studies import STUDIES
 from planner.report import experiment_tables
@@ -153,8 +153,8 @@ def _claim(out: Path, chosen: Experiment, *, quick: bool) -> None:
         write_json(path, mine)
         return
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
+        found = read_json(path)
+    except InputError:
         found = None
     if found != mine:
         raise OutputError(f"{out}: holds another experiment; choose another folder")

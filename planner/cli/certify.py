@@ -3,6 +3,7 @@
 import argparse
 import math
 from contextlib import ExitStack
+from dataclasses import replace
 from itertools import count as counted
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -98,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recording":
     """Return the particles that the plan was made on: the scenario's, or a user's own."""
     from planner.cli.session import planning_recorded
-    from planner.futures.store import read_recording
+    from planner.mission.own_futures import OwnFutures, read_split
     from planner.mission.run_folder import own_futures
 
     planned_on = own_futures(arguments.directory)
@@ -109,11 +110,14 @@ def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recor
             "--sets: draws from the scenario's belief, but the plan was made on --futures; "
             "leave it out"
         )
-    file: Path | None = arguments.futures or planned_on
-    assert file is not None
-    if not file.is_file():
-        raise InputError(f"{file}: the plan was made on this file, which is gone; --futures FILE")
-    return read_recording(file, opened.network)
+    own = planned_on or OwnFutures(arguments.futures)
+    if arguments.futures is not None:
+        own = replace(own, path=arguments.futures)
+    if not own.path.is_file():
+        raise InputError(
+            f"{own.path}: the plan was made on this file, which is gone; --futures FILE"
+        )
+    return read_split(own, opened).planning
 
 
 def _check_sets(sets: int | None) -> None:

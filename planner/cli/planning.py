@@ -24,13 +24,14 @@ from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
 from planner.flight.plan import Plan
-from planner.futures.store import Recording, read_recording
+from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
+from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content
 from planner.mission.recorder import budget_of, problem_of
-from planner.mission.run_folder import OWN_FUTURES
+from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Trial, try_order
 from planner.provenance import provenance
@@ -46,6 +47,7 @@ class _Found:
 
     problem: Problem  # that the plan solves
     trial: Trial
+    fresh: tables.Fresh  # what its targets for evaluation are
     certificate: Certificate | None = None
     no_bound: str = ""  # why there is no certificate, though it was asked for
 
@@ -90,11 +92,11 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
             'greedy.particles: "anew" draws from the belief at every step, which --futures '
             'takes the place of; use "once"'
         )
-    horizon_s = opened.scenario.search.horizon_s
-    planning = read_recording(
-        arguments.futures, opened.network, begin_s=arguments.begin, horizon_s=horizon_s
-    )
-    return Targets(planning, evaluation_recorded(arguments, opened))
+    own = read_split(OwnFutures(arguments.futures, arguments.begin), opened)
+    if own.kept_out is None:
+        fresh = evaluation_recorded(arguments, opened)
+        return Targets(own.planning, fresh, are=tables.OTHERS)
+    return Targets(own.planning, own.kept_out, are=tables.KEPT_OUT)
 
 
 def _found(
@@ -121,7 +123,7 @@ def _found(
                 return None
 
         if arguments.gap is None:
-            return _Found(problem, planned(1, seconds))
+            return _Found(problem, planned(1, seconds), targets.are)
 
         def fly(order: Sequence[int], trial: Trial) -> Trial:
             return try_order(problem, order, targets.fresh.futures, trial)
@@ -130,7 +132,7 @@ def _found(
         trial, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
-        return _Found(problem, trial, certificate, *reasons[:1])
+        return _Found(problem, trial, targets.are, certificate, *reasons[:1])
 
 
 def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
@@ -147,8 +149,12 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
 def _blocks(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) -> Iterator[Any]:
     """Yield the tables and sentences to print."""
     trial, certificate = found.trial, found.certificate
-    yield tables.plan_table(tables.row_of(trial))
-    yield tables.legs_table(trial.plan, opened.network)
+    until_s = opened.scenario.search.horizon_s
+    if trial.plan.follows_roads:
+        yield tables.legs_table(trial.plan, opened.network, until_s)
+    else:
+        yield tables.waypoints_table(trial.plan, until_s)
+    yield tables.plan_table(tables.row_of(trial), found.fresh)
     hint = sentences.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
     if hint and same_belief and not arguments.futures:
@@ -156,7 +162,7 @@ def _blocks(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) 
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
     if arguments.futures is not None:
-        yield "the fresh targets are drawn from the scenario's belief, not from --futures"
+        yield sentences.own_futures_line(found.fresh, len(trial.evaluated.weight))
     if certificate is not None:
         yield sentences.certificate_line(certificate, found.problem.objective.by_s)
         if certificate.gap > arguments.gap:
@@ -165,6 +171,8 @@ def _blocks(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) 
         yield f"there is no certificate: {found.no_bound}"
     if arguments.output:
         yield f"written to {arguments.output}"
+    else:
+        yield "not saved; add -o DIR for plan.json, a picture, and what sumo-gui shows"
 
 
 class _Watch:
@@ -218,5 +226,8 @@ def _provenance(
         started=watch.started,
         took_s=watch.took_s,
     )
-    own = {} if arguments.futures is None else {OWN_FUTURES: str(arguments.futures.resolve())}
-    return made_by | {"scenario_path": str(scenario.path.resolve())} | own
+    record = made_by | {"scenario_path": str(scenario.path.resolve())}
+    if arguments.futures is None:
+        return record
+    own = {OWN_FUTURES: str(arguments.futures.resolve()), OWN_BEGIN: arguments.begin}
+    return record | own

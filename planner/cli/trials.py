@@ -15,6 +15,7 @@ from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, budget_of
 from planner.mission.trial import Trial, try_method
+from planner.report.tables import FRESH, Fresh
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
@@ -29,6 +30,7 @@ class Targets:
     planning: Recording
     fresh: Recording
     holdout: Futures | None = None
+    are: Fresh = FRESH  # what the fresh ones are
 
 
 def trial_of(

@@ -1,7 +1,6 @@
 """The files of a certificate: all that somebody needs to check it without this program."""
 
 import hashlib
-import json
 import operator
 from collections.abc import Mapping
 from contextlib import suppress
@@ -19,6 +18,7 @@ from planner.bounds.movements import Movements, pieces_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import json_text, write_json
 from planner.futures.futures import Futures
+from planner.guard import read_json
 from planner.network.road_network import RoadNetwork
 from planner.parquet import column, nested, read_table, write_table
 from planner.search.problem import Problem
@@ -115,7 +115,8 @@ def read_certificate(plan_file: Path) -> StoredCertificate | None:
     InputError
         If it is broken.
     """
-    found = json.loads(plan_file.read_text(encoding="utf-8")).get("certificate")
+    plan = read_json(plan_file)
+    found = plan.get("certificate") if isinstance(plan, dict) else None
     if found is None:
         return None
     names = {field.name for field in fields(StoredCertificate)}
@@ -202,7 +203,7 @@ def write_certificate(
     write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
     write_table(folder / MOTION, _motion_columns(futures), {})
     write_json(folder / NET, net_content(problem.network))
-    plan = json.loads(plan_file.read_text(encoding="utf-8"))
+    plan = read_json(plan_file)
     write_json(folder / plan_file.name, plan | {"certificate": content})
 
 

@@ -22,6 +22,7 @@ from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
 
 log = logging.getLogger(__name__)
 
+FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
 
@@ -227,7 +228,8 @@ def _far_faults(draft: Draft, uav: UavSection, network: RoadNetwork) -> Iterator
     place = np.array(_start_xy(uav.start, network))
     low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
     away_m = math.hypot(*np.maximum(np.maximum(low - place, place - high), 0.0))
-    if away_m > uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m:
+    out_of_reach = away_m > uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
+    if out_of_reach and away_m > FAR * float((high - low).max()):
         yield Fault(
             "uav.start",
             f"lies {away_m / 1000:.6g} km from the net (x {low[0]:.8g} to {high[0]:.8g}, y "

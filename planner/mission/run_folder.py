@@ -1,6 +1,5 @@
 """The folder of a run: the names of its files, and the way back from them to the plan."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,15 +7,18 @@ from typing import Any
 from planner.errors import InputError
 from planner.files import RECORD
 from planner.futures.store import Recording
+from planner.guard import read_json
 from planner.mission.certificate_file import sha256_of_motion, sha256_of_net
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.own_futures import OwnFutures
 from planner.mission.plan_file import StoredPlan, read_plan
 from planner.provenance import sha256_of_file, sha256_of_json
 
 # What `planner plan` and `planner fly` write; a certificate's files are named where it is written.
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
-OWN_FUTURES = "futures_path"  # key of the record: the file of --futures, if the plan is for that
+# Keys of the record, if the plan is for --futures: the file, and its time that is time 0.
+OWN_FUTURES, OWN_BEGIN = "futures_path", "futures_begin_s"
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
 
 
@@ -32,7 +34,7 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     if not record.is_file():
         raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
     opened = open_scenario(record)
-    sha256 = json.loads(record.read_text(encoding="utf-8")).get("sha256")
+    sha256 = record_of(folder).get("sha256")
     if not isinstance(sha256, dict) or sha256.get("net") != opened.network.sha256:
         raise InputError(
             f"{record}: the plan was made on another network than there is now; plan again"
@@ -40,19 +42,37 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     return opened, read_plan(folder / PLAN, opened.network)
 
 
-def own_futures(folder: Path) -> Path | None:
-    """Return the file of --futures that a run was planned on, None if it was on the scenario's.
+def record_of(folder: Path) -> dict[str, Any]:
+    """Return what a run's ``run.json`` holds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or holds no table.
+    """
+    record = read_json(folder / PROVENANCE)
+    if not isinstance(record, dict):
+        raise InputError(f"{folder / PROVENANCE}: is no record of a run; plan again")
+    return record
+
+
+def own_futures(folder: Path) -> OwnFutures | None:
+    """Return the futures of --futures that a run was planned on, None if on the scenario's.
 
     Raises
     ------
     InputError
         If its record holds something else there.
     """
-    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
-    found = record.get(OWN_FUTURES)
-    if found is not None and not (isinstance(found, str) and found.isprintable()):
+    record = record_of(folder)
+    found, begin_s = record.get(OWN_FUTURES), record.get(OWN_BEGIN)
+    if found is None:
+        return None
+    if not (isinstance(found, str) and found.isprintable()):
         raise InputError(f"{folder / PROVENANCE}: {OWN_FUTURES} is no path; plan again")
-    return None if found is None else Path(found)
+    if not (begin_s is None or isinstance(begin_s, int | float)):
+        raise InputError(f"{folder / PROVENANCE}: {OWN_BEGIN} is no number; plan again")
+    return OwnFutures(Path(found), begin_s)
 
 
 def refuse_other_futures(folder: Path, recording: Recording) -> None:
@@ -66,8 +86,8 @@ def refuse_other_futures(folder: Path, recording: Recording) -> None:
 
 def is_planned_on(folder: Path, recording: Recording) -> bool:
     """Return whether a run was planned on the futures given."""
-    record = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
-    return bool(record["sha256"].get("futures") == sha256_of_file(recording.path))
+    sha256 = record_of(folder).get("sha256")
+    return isinstance(sha256, dict) and sha256.get("futures") == sha256_of_file(recording.path)
 
 
 def hashes(

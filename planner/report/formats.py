@@ -1,8 +1,10 @@
 """Times, lengths and shares as people read them, and the look of tables."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from rich.console import Console, ConsoleOptions, RenderableType
     from rich.table import Table
 
 
@@ -35,3 +37,56 @@ def titled_table(title: str) -> "Table":
     from rich.text import Text
 
     return Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
+
+
+class Column(NamedTuple):
+    """A column of a table that fits its window."""
+
+    header: str  # lines are shown one below the other
+    rank: int = 0  # those with the greatest go first where there is no room; 0: it always stays
+    left: bool = False  # whether its cells stand on the left
+
+
+class FittingTable:
+    """A table whose cells stay whole: columns go where the window has no room for all of them."""
+
+    def __init__(self, title: str, columns: Sequence[Column]) -> None:
+        self.title, self.columns = title, tuple(columns)
+        self.rows: list[tuple[str, ...]] = []
+
+    def add_row(self, *cells: str) -> None:
+        """Add a row, one cell for each column."""
+        self.rows.append(cells)
+
+    def __rich_console__(
+        self, console: "Console", options: "ConsoleOptions"
+    ) -> "Iterator[RenderableType]":
+        shown = list(range(len(self.columns)))
+        while not self._fits(shown, console, options):
+            least = max(shown, key=lambda k: self.columns[k].rank)
+            if self.columns[least].rank == 0:
+                break
+            shown.remove(least)
+        yield self._table(shown)
+        gone = [c.header.replace("\n", " ") for k, c in enumerate(self.columns) if k not in shown]
+        if gone:
+            yield f"a wider window also shows: {', '.join(gone)}"
+
+    def _fits(self, shown: Sequence[int], console: "Console", options: "ConsoleOptions") -> bool:
+        table = self._table(shown)
+        table.title = None  # it is broken into lines
+        return console.measure(table, options=options).minimum <= options.max_width
+
+    def _table(self, shown: Sequence[int]) -> "Table":
+        from rich.cells import cell_len
+
+        table = titled_table(self.title)
+        for k in shown:
+            header, _, left = self.columns[k]
+            cells = (*header.split("\n"), *(row[k] for row in self.rows))
+            table.add_column(
+                header, justify="left" if left else "right", min_width=max(map(cell_len, cells))
+            )
+        for row in self.rows:
+            table.add_row(*(row[k] for k in shown))
+        return table

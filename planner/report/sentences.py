@@ -6,7 +6,8 @@ from typing import Any
 from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation
 from planner.intervals import share_interval
-from planner.report.tables import MethodRow
+from planner.mission.own_futures import ENOUGH
+from planner.report.tables import Fresh, MethodRow
 
 TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
 
@@ -30,6 +31,16 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
         f"fresh targets take {gain_s / expected_s:.0%} longer to find than the particles planned "
         f"with: {len(planned.weight):,} are few here; try --set search.particles="
         f"{4 * len(planned.weight)} or --set search.sampling=sobol"
+    )
+
+
+def own_futures_line(fresh: Fresh, many: int) -> str:
+    """Return what the targets are that a plan on a user's own futures is evaluated on."""
+    if fresh.alike:
+        return f"evaluated on {many:,} vehicles of the file that were kept out of planning"
+    return (
+        f"there are no fresh targets of the file: with fewer than {ENOUGH} vehicles none are kept "
+        f"out; the {many:,} targets are drawn from the scenario's belief, which may differ"
     )
 
 

@@ -1,5 +1,6 @@
 """Tables for a terminal; plain text where there is none."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -9,12 +10,28 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.flight.legs import leg_ends
 from planner.flight.plan import Plan
+from planner.flight.track import Track
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
-from planner.report.formats import percent, titled_table
+from planner.report.formats import Column, FittingTable, percent, titled_table
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+MOST_ROWS = 40  # of roads or waypoints in a table; plan.json holds all
+
+
+@dataclass(frozen=True)
+class Fresh:
+    """What the targets are that a plan is evaluated on."""
+
+    name: str
+    alike: bool = True  # drawn from what the plan was made from; else figures do not compare
+
+
+FRESH = Fresh("fresh targets")
+KEPT_OUT = Fresh("kept out")
+OTHERS = Fresh("of the belief", alike=False)
 
 
 @dataclass(frozen=True)
@@ -42,16 +59,20 @@ def row_of(trial: Trial) -> MethodRow:
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
-def plan_table(row: MethodRow) -> "Table":
-    """Return what a plan achieves on its own futures and on fresh targets."""
+def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
+    """Return what a plan achieves on its own futures and on targets that it was not made from."""
     assert row.planned is not None
     assert row.evaluated is not None
     both = (row.planned, row.evaluated)
-    table = titled_table(f"{row.method}: {row.roads} roads" if row.roads else row.method)
-    table.add_column("")
-    table.add_column(f"{len(row.planned.weight):,} futures planned with", justify="right")
-    table.add_column(f"{len(row.evaluated.weight):,} fresh targets", justify="right")
-    table.add_column("95 % interval", justify="right")
+    table = FittingTable(
+        f"{row.method}: {row.roads} roads" if row.roads else row.method,
+        (
+            Column("", left=True),
+            Column(f"{len(row.planned.weight):,} futures\nplanned with", rank=2),
+            Column(f"{len(row.evaluated.weight):,}\n{fresh.name}"),
+            Column("95 %\ninterval", rank=1),
+        ),
+    )
     time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
     before = row.evaluated.found_before_goal_interval
     by_s = row.evaluated.objective.by_s
@@ -66,48 +87,96 @@ def plan_table(row: MethodRow) -> "Table":
     for name, cells, interval in lines:
         kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
-    gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
-    table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
+    if fresh.alike:
+        gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
+        table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
     return table
 
 
-def legs_table(plan: Plan, network: RoadNetwork) -> "Table":
-    """Return the roads of a plan in the order flown, with times on the target's clock."""
-    table = titled_table("roads in the order flown")
-    for name, right in (("#", 1), ("road", 0), ("from", 0), ("to", 0), ("start", 1), ("end", 1)):
-        table.add_column(name, justify="right" if right else "left")
-    for legs in plan.legs:
-        for order, leg in enumerate(legs, 1):
-            ends = leg_ends(network, leg.leg)
-            times = (clock(leg.start_s), clock(leg.end_s))
-            table.add_row(str(order), network.road_ids[leg.road], *ends, *times)
+def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> FittingTable:
+    """Return the roads of a plan in the order flown, with times on the target's clock.
+
+    Parameters
+    ----------
+    until_s
+        The horizon: no road that begins after it is shown, nor are more than ``MOST_ROWS``.
+    """
+    ends = (Column("from", rank=1, left=True), Column("to", rank=1, left=True))
+    columns = (Column("#"), Column("road", left=True), *ends, Column("start"), Column("end"))
+    table = FittingTable("roads in the order flown", columns)
+    flown = [
+        (order, leg)
+        for legs in plan.legs
+        for order, leg in enumerate(legs, 1)
+        if leg.start_s < until_s
+    ]
+    for order, leg in flown[:MOST_ROWS]:
+        times = (clock(leg.start_s), clock(leg.end_s))
+        from_to = leg_ends(network, leg.leg)
+        table.add_row(str(order), network.road_ids[leg.road], *from_to, *times)
+    _tell_more(table, len(flown))
     return table
 
 
-def compare_table(rows: Iterable[MethodRow], title: str = "") -> "Table":
+def waypoints_table(plan: Plan, until_s: float = math.inf) -> FittingTable:
+    """Return where a flight off the roads goes, with times on the target's clock.
+
+    Parameters
+    ----------
+    until_s
+        As ``legs_table`` takes it.
+    """
+    columns = [Column(name) for name in ("#", "x (m)", "y (m)", "arrives", "leaves")]
+    table = FittingTable("waypoints in the order flown", columns)
+    stays = [stay for track in plan.tracks for stay in _stays(track) if stay[2] < until_s]
+    for order, (x_m, y_m, from_s, to_s) in enumerate(stays[:MOST_ROWS], 1):
+        place = (f"{x_m:,.0f}", f"{y_m:,.0f}")
+        table.add_row(str(order), *place, clock(from_s), clock(min(to_s, until_s)))
+    _tell_more(table, len(stays))
+    return table
+
+
+def _stays(track: Track) -> list[tuple[float, float, float, float]]:
+    """Return the places of a flight: x and y in metres, arrival and departure in seconds."""
+    found: list[tuple[float, float, float, float]] = []
+    for time_s, x_m, y_m in zip(track.time_s, track.x_m, track.y_m, strict=True):
+        begun_s = time_s
+        if found and found[-1][:2] == (x_m, y_m):
+            begun_s = found.pop()[2]
+        found.append((float(x_m), float(y_m), float(begun_s), float(time_s)))
+    return found
+
+
+def _tell_more(table: FittingTable, rows: int) -> None:
+    if rows > MOST_ROWS:
+        blank = [""] * (len(table.columns) - 2)
+        table.add_row("", f"{rows - MOST_ROWS:,} more", *blank)
+
+
+def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
     """Return methods side by side, on the same futures and the same fresh targets.
 
     A method that cannot be used keeps its row and says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
     """
-    table = titled_table(title)
-    table.add_column("method", no_wrap=True, overflow="ignore")
     rows = list(rows)
     deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
-    first = [_by(by_s) for by_s in deadlines if by_s is not None]
     with_gap = any(row.bound is not None for row in rows)
-    for name in (
-        *first,
-        "expected detection",
-        "95 % interval",
-        "found",
-        "before goal",
-        "in sample",
-        *(["gap"] if with_gap else []),
-        "roads",
-    ):
-        table.add_column(name, justify="right")
-    table.add_column("planning took", justify="right")
+    table = FittingTable(
+        title,
+        (
+            Column("method", left=True),
+            *(Column(_by(by_s)) for by_s in deadlines if by_s is not None),
+            Column("expected\ndetection", rank=1 if deadlines else 0),
+            Column("95 %\ninterval", rank=2),
+            Column("found", rank=3),
+            Column("before\ngoal", rank=7),
+            Column("in\nsample", rank=4),
+            *([Column("gap", rank=1)] if with_gap else []),
+            Column("roads", rank=6),
+            Column("planning\ntook", rank=5),
+        ),
+    )
     for row in rows:
         if row.evaluated is None:
             table.add_row(row.method, *["-"] * (len(table.columns) - 1))

@@ -248,8 +248,8 @@ def test_flights(
         ("plan.json", (".*", "[]"), "no plan"),
         ("plan.json", ('"schema": "[^"]*"', '"schema": "other"'), "schema"),
         ("plan.json", (r'"waypoints": \[\s*\[', '"waypoints": [[9e9, 0, 0], ['), "no plan"),
-        ("plan.json", (r'"waypoints": \[\s*\[[^,]*', '"waypoints": [[NaN'), "no plan"),
-        ("plan.json", (r'"radius_m": [0-9.]*', '"radius_m": NaN'), "no plan"),
+        ("plan.json", (r'"waypoints": \[\s*\[[^,]*', '"waypoints": [[NaN'), "is not JSON"),
+        ("plan.json", (r'"radius_m": [0-9.]*', '"radius_m": NaN'), "is not JSON"),
         ("plan.json", (r'"horizon_s": [0-9.]*', '"horizon_s": -1'), "no plan"),
         ("run.json", (".*", "{"), "does not hold a run"),
         ("run.json", (".*", "[]"), "does not hold a run"),
@@ -335,8 +335,8 @@ def test_futures_stand_in_for_the_belief(refused: Callable[..., str], tmp_path: 
     [
         ("fcd.xml", "<fcd-export></fcd-export>", "no vehicle"),
         ("fcd.xml", '<fcd-export><timestep time="0"/></fcd-export>', "no vehicle"),
-        ("fcd.xml", "<fcd-export>", "no floating car data"),
-        ("fcd.xml", "", "no floating car data"),
+        ("fcd.xml", "<fcd-export>", "is not XML"),
+        ("fcd.xml", "", "is not XML"),
         ("fcd.xml", '<a><timestep time="0"><vehicle id="x"/></timestep></a>', "no floating car"),
         (
             "fcd.xml",
@@ -361,22 +361,15 @@ def test_fcd_files(
 
 
 def test_some_particles_never_set_out(run: Commands, tmp_path: Path) -> None:
-    late = {"particle": [0, 0], "time_s": [9000.0, 9500.0]}
+    both = {name: column * 2 for name, column in FIGURE3.items()}
+    late = {"particle": [0, 0, 1, 1], "time_s": [3590.0, 3599.0, 9000.0, 9500.0]}
     path = tmp_path / "futures.parquet"
-    pyarrow.parquet.write_table(pyarrow.table(FIGURE3 | late), path)
-    table = {
-        "particle": [0, 1],
-        "weight": [0.5, 0.5],
-        "at_end": ["stays", "stays"],
-        "speed_mps": [10.0, 10.0],
-        "route": ["AB", ""],
-    }
-    pyarrow.parquet.write_table(pyarrow.table(table), tmp_path / "particles.parquet")
+    pyarrow.parquet.write_table(pyarrow.table(both | late), path)
     for method in ("greedy", "exact", "wait", "random", "exhaustive", "exhaustive-shortest"):
         output = ("-o", tmp_path / "run") if method == "wait" else ()
         options = ("--method", method, "--targets", "20", "--futures", path, "--json")
         told = run("plan", "figure3", *options, *output).json
-        assert told["planned"]["detection_probability"] == 0
+        assert told["planned"]["detection_probability"] <= 0.5
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def test_legs_name_roads_and_nodes_in_flying_direction(tmp_path: Path) -> None:
 
 def test_what_is_no_plan_is_told_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is missing"):
         read_plan(path, figure3())
     for text in ("[", "[]", '{"schema": "other"}', '{"schema": "planner.plan/1", "uavs": 3}'):
         path.write_text(text)
