@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,17 +33,30 @@ def pieces(plan: Plan) -> list[Piece]:
     ]
 
 
-def flight_span(plan: Plan, take_off_s: float) -> tuple[float, float]:
+def segments(plan: Plan) -> list[Piece]:
+    """Return all flights from waypoint to waypoint, in the order in which they are flown."""
+    return [
+        Piece(uav, 0, None, np.stack([track.x_m, track.y_m], axis=1)[k : k + 2], *times_s)
+        for uav, track in enumerate(plan.tracks)
+        for k, times_s in enumerate(pairwise(track.time_s.tolist()))
+        if track.x_m[k] != track.x_m[k + 1] or track.y_m[k] != track.y_m[k + 1]
+    ]
+
+
+def flight_span(plan: Plan, take_off_s: float, until_s: float = np.inf) -> tuple[float, float]:
     """Return when the first UAV takes off and the last flight ends, seconds.
 
     Parameters
     ----------
     take_off_s
         Of a plan that flies nowhere.
+    until_s
+        What is flown later is of no interest.
     """
     flown = [track for track in plan.tracks if len(track.time_s)]
     first_s = min([float(track.time_s[0]) for track in flown], default=take_off_s)
-    return first_s, max([track.end_s for track in flown], default=first_s)
+    last_s = max([track.end_s for track in flown], default=first_s)
+    return first_s, max(first_s, min(last_s, until_s))
 
 
 def along(xy_m: Floats, share: float) -> tuple[Floats, Floats]:

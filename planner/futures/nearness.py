@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints
 from planner.network.road_network import RoadNetwork
 
 NEAR_M = 1000.0
@@ -55,26 +55,9 @@ def _points(network: RoadNetwork, step_m: float) -> Floats:
     return np.asarray(network.xy(road, share * network.road_length_m[road]))
 
 
-def off_edges(
-    network: RoadNetwork, edge: Ints, x_m: Floats, y_m: Floats, along_m: Floats
-) -> Floats:
-    """Return how far places lie from edges, (k,) metres.
-
-    Parameters
-    ----------
-    along_m
-        How far each place is said to be along its edge, (k,) metres; NaN: anywhere on it.
-    """
-    said = ~np.isnan(along_m)
-    off_m = np.empty(len(edge))
-    there = network.edge_xy(edge[said], along_m[said])
-    off_m[said] = np.hypot(there[:, 0] - x_m[said], there[:, 1] - y_m[said])
-    off_m[~said] = _off_roads(network, network.edge_road[edge[~said]], x_m[~said], y_m[~said])
-    return off_m
-
-
-def _off_roads(network: RoadNetwork, road: Offsets, x_m: Floats, y_m: Floats) -> Floats:
-    """Return how far each place lies from the nearest point of its own road, (k,) metres."""
+def off_edges(network: RoadNetwork, edge: Ints, x_m: Floats, y_m: Floats) -> Floats:
+    """Return how far each place lies from the nearest point of its own edge's road, (k,) metres."""
+    road = network.edge_road[edge]
     if len(road) == 0:
         return np.empty(0)
     count = network.first_point[road + 1] - network.first_point[road] - 1

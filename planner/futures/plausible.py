@@ -53,7 +53,6 @@ class Motion(NamedTuple):
     x_m: Floats  # (S,) metres
     y_m: Floats  # (S,) metres
     edge: Ints  # (S,) NO_EDGE where unknown
-    along_m: Floats | None = None  # (S,) metres on the edge, NaN where unknown
     speed_mps: Floats | None = None  # (S,) m/s, NaN where unknown
 
     def name(self, row: int) -> str:
@@ -81,7 +80,6 @@ def motion_of_samples(samples: Samples) -> Motion:
         samples.x_m,
         samples.y_m,
         samples.edge,
-        samples.along_m,
         samples.speed_mps,
     )
 
@@ -249,15 +247,14 @@ def _refuse_other_edges(path: Path, motion: Motion, network: RoadNetwork, roads:
     last = np.flatnonzero(changes)
     rows = np.concatenate(([0], last + 1, last, [len(motion.edge) - 1]))
     rows = rows[motion.edge[rows] != NO_EDGE]
-    along_m = np.full(len(rows), np.nan) if motion.along_m is None else motion.along_m[rows]
-    off_m = off_edges(network, motion.edge[rows], motion.x_m[rows], motion.y_m[rows], along_m)
+    off_m = off_edges(network, motion.edge[rows], motion.x_m[rows], motion.y_m[rows])
     allowed_m = np.clip(OFF_EDGE * roads.extent_m, LEAST_OFF_M, MOST_OFF_M)
     if (off_m > allowed_m).any():
         worst = int(np.argmax(off_m))
         row = int(rows[worst])
         raise InputError(
-            f"{path}: {motion.name(row)} is at {motion.place(row)}, {off_m[worst]:,.0f} m from "
-            f"where it is said to be on edge {network.edge_ids[motion.edge[row]]!r}; give the net "
+            f"{path}: {motion.name(row)} is at {motion.place(row)}, {off_m[worst]:,.0f} m from its "
+            f"edge {network.edge_ids[motion.edge[row]]!r}; give the net "
             "that the file was recorded on, or correct the edge"
         )
 

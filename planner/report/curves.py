@@ -34,9 +34,12 @@ def draw_curves(
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
     _draw_arrivals(axes, list(evaluations.values())[-1], unit_s)
     axes.axvline(problem.horizon_s / unit_s, color="black", linewidth=1.2, label="horizon")
+    if problem.objective.by_s is not None:
+        line_style: Any = {"color": "#cc79a7", "linewidth": 1.6, "linestyle": "--"}
+        axes.axvline(problem.objective.by_s / unit_s, label="deadline", **line_style)
     _draw_time_strip(axes, problem, plan, unit_s)
     axes.set(
-        xlim=(start_s / unit_s, problem.horizon_s / unit_s * 1.015),
+        xlim=(start_s / unit_s, problem.horizon_s / unit_s),
         ylim=(-0.06, 1.03),
         xlabel=f"time ({unit})",
     )
@@ -91,7 +94,7 @@ def _draw_arrivals(axes: "Axes", evaluation: Evaluation, unit_s: float) -> None:
 
 def _draw_time_strip(axes: "Axes", problem: Problem, plan: Plan, unit_s: float) -> None:
     """Draw under the curves the colours that times have on the map."""
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s, problem.horizon_s)
     if last_s > first_s:
         times_s = np.linspace(first_s, last_s, 128)
         axes.imshow(

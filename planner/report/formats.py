@@ -39,6 +39,9 @@ def titled_table(title: str) -> "Table":
     return Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
 
 
+EDGE, BETWEEN = 1, 3  # characters of a table beside its cells
+
+
 class Column(NamedTuple):
     """A column of a table that fits its window."""
 
@@ -59,10 +62,10 @@ class FittingTable:
         self.rows.append(cells)
 
     def __rich_console__(
-        self, console: "Console", options: "ConsoleOptions"
+        self, _: "Console", options: "ConsoleOptions"
     ) -> "Iterator[RenderableType]":
-        shown = list(range(len(self.columns)))
-        while not self._fits(shown, console, options):
+        shown, widths = list(range(len(self.columns))), self._widths()
+        while EDGE + sum(widths[k] + BETWEEN for k in shown) > options.max_width:
             least = max(shown, key=lambda k: self.columns[k].rank)
             if self.columns[least].rank == 0:
                 break
@@ -72,21 +75,20 @@ class FittingTable:
         if gone:
             yield f"a wider window also shows: {', '.join(gone)}"
 
-    def _fits(self, shown: Sequence[int], console: "Console", options: "ConsoleOptions") -> bool:
-        table = self._table(shown)
-        table.title = None  # it is broken into lines
-        return console.measure(table, options=options).minimum <= options.max_width
-
-    def _table(self, shown: Sequence[int]) -> "Table":
+    def _widths(self) -> list[int]:
         from rich.cells import cell_len
 
-        table = titled_table(self.title)
+        cells = [
+            (*column.header.split("\n"), *(row[k] for row in self.rows))
+            for k, column in enumerate(self.columns)
+        ]
+        return [max(map(cell_len, some)) for some in cells]
+
+    def _table(self, shown: Sequence[int]) -> "Table":
+        table, widths = titled_table(self.title), self._widths()
         for k in shown:
             header, _, left = self.columns[k]
-            cells = (*header.split("\n"), *(row[k] for row in self.rows))
-            table.add_column(
-                header, justify="left" if left else "right", min_width=max(map(cell_len, cells))
-            )
+            table.add_column(header, justify="left" if left else "right", min_width=widths[k])
         for row in self.rows:
             table.add_row(*(row[k] for k in shown))
         return table

@@ -114,6 +114,8 @@ def draw_targets(
 def draw_flight(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floats) -> None:
     """Draw a flight: roads thick and coloured, ways between them thin and broken, arrows on both.
 
+    A flight that follows no road is coloured all the way.
+
     Parameters
     ----------
     colours
@@ -122,8 +124,9 @@ def draw_flight(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floa
     from matplotlib.collections import LineCollection
 
     shapes = [view.place(piece.xy_m) for piece in flight]
-    roads = [k for k, piece in enumerate(flight) if piece.order]
-    ways = [k for k, piece in enumerate(flight) if not piece.order]
+    off_roads = not any(piece.order for piece in flight)
+    roads = [k for k, piece in enumerate(flight) if piece.order or off_roads]
+    ways = [k for k, piece in enumerate(flight) if not (piece.order or off_roads)]
     lines = [
         LineCollection(
             [shapes[k] for k in ways], colors=WAY_COLOUR, linewidths=1.1, linestyles="--", zorder=2
@@ -133,7 +136,7 @@ def draw_flight(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floa
     for line in lines:
         axes.add_collection(line, autolim=False)
     for k, piece in enumerate(flight):
-        colour = colours[k] if piece.order else WAY_COLOUR
+        colour = colours[k] if piece.order or off_roads else WAY_COLOUR
         _arrow(axes, view, piece, colour)
 
 
@@ -220,6 +223,6 @@ def time_colours(times_s: Floats, problem: Problem, plan: Plan) -> Floats:
     """Return the colour that each time of the flight has, (..., 4) red, green, blue, opacity."""
     from matplotlib import colormaps
 
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s, problem.horizon_s)
     share = (times_s - first_s) / max(last_s - first_s, 1e-9)
     return np.asarray(colormaps[FLIGHT_MAP](0.88 * share))  # its last yellow is lost on white

@@ -14,7 +14,7 @@ from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.files import written_whole
-from planner.flight.pieces import pieces
+from planner.flight.pieces import pieces, segments
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import NO_EDGE
@@ -57,6 +57,7 @@ AS_FILE: dict[str, dict[str, Any]] = {
 }
 COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 MOMENTS = 4
+MOST_PIECES = 300  # of a flight, that a map shows
 TITLE: dict[str, Any] = {"size": 12.5, "weight": "bold"}
 TITLE_LEFT_INCH, TITLE_LINE_INCH = 0.25, 0.23
 
@@ -207,7 +208,8 @@ def _colour_roads(
 
 def _draw_plan(axes: "Axes", problem: Problem, plan: Plan) -> None:
     view = View.of(problem.network)
-    flight = pieces(plan)
+    parts = pieces(plan) if plan.follows_roads else segments(plan)
+    flight = [piece for piece in parts if piece.start_s < problem.horizon_s][:MOST_PIECES]
     colours = time_colours(np.array([p.start_s + p.end_s for p in flight]) / 2, problem, plan)
     draw_net(axes, problem.network, view, width=1.4)
     draw_flight(axes, view, flight, colours)
@@ -268,5 +270,5 @@ def _flight_note(problem: Problem, plan: Plan, view: View) -> str:
         where = f"{length(float(np.hypot(*offset)))} {side} of the net"
     key = "roads in the order flown, coloured by time as under the curves"
     if not any(plan.legs):
-        key = "it flies the broken line and waits at its end"
+        key = "the line is coloured by time as under the curves; it waits at its end"
     return f"UAV takes off at {clock(uav.take_off_s)}, {where};\n{key}"

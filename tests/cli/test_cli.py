@@ -347,11 +347,16 @@ def test_planning_on_futures_from_a_file(run: Commands, tmp_path: Path) -> None:
     assert run("futures", "figure3-gone", "-o", folder).code == 0
     late = ("--set", "uav.take_off_s=1500")  # when many have reached their goal
     options = ("plan", "figure3-gone", *late, "--method", "wait", "--targets", "20", "--json")
-    same = run(*options, "--futures", folder / "futures.parquet").json
-    assert same == run(*options).json
+    own = run(*options, "--futures", folder / "futures.parquet").json
+    assert own["planned"]["particles"] == 80  # a fifth of the vehicles is kept out
+    assert own["evaluated"]["targets"] == 20
+    few = tmp_path / "few"
+    assert run("futures", "figure3-gone", "--set", "search.particles=60", "-o", few).code == 0
+    same = run(*options, "--futures", few / "futures.parquet").json
+    assert same == run(*options, "--set", "search.particles=60").json
     (folder / "particles.parquet").unlink()
     stays = run(*options, "--futures", folder / "futures.parquet").json
-    gain = stays["planned"]["detection_probability"] - same["planned"]["detection_probability"]
+    gain = stays["planned"]["detection_probability"] - own["planned"]["detection_probability"]
     assert gain > 0.1  # those that stay can still be found
 
 

@@ -240,8 +240,7 @@ def test_nearness_is_that_of_the_nearest_road() -> None:
 def test_off_edges_is_the_distance_to_the_drawn_road() -> None:
     edge = np.array([0, 0, 0, 1])
     x, y = np.array([2000.0, -30.0, 2000.0, 5000.0]), np.array([70.0, 40.0, 70.0, 0.0])
-    along = np.array([np.nan, np.nan, 1976.0, np.nan])
-    np.testing.assert_allclose(off_edges(NET, edge, x, y, along), [70.0, 50.0, 74.0, 0.0])
+    np.testing.assert_allclose(off_edges(NET, edge, x, y), [70.0, 50.0, 70.0, 0.0])
 
 
 def test_gzipped_csv_is_read(tmp_path: Path) -> None:
