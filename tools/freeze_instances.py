@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from planner import Recorder, make_plan, method_named
-from planner.experiments.condition import toml_text
 from planner.experiments.instances import (
     FILE,
     Instance,
@@ -24,6 +23,7 @@ from planner.experiments.instances import (
 from planner.files import written_whole
 from planner.flight.legs import leg_names, legs_named
 from planner.mission.recorder import budget_of, problem_of
+from planner.scenario.toml_text import toml_text
 from planner.search.beam import holdout_value
 from planner.search.plan import plan_of_legs
 

@@ -3,13 +3,21 @@
 import argparse
 import shutil
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
 from planner.cli.arguments import add_scenario, path
-from planner.cli.printing import print_result, summary_lines
+from planner.cli.printing import print_json, print_result, summary_lines
+from planner.messages import plain
+
+if TYPE_CHECKING:
+    from planner.scenario.sections import Scenario
 
 SUMMARY = "build a scenario's road network with netconvert"
 DETAILS = ""
-EXAMPLES = (("build grid5x5 -o grid.net.xml", "the network, to open in netedit"),)
+EXAMPLES = (
+    ("build grid5x5 -o grid.net.xml", "the network, to open in netedit"),
+    ("build grid5x5 --show", "the scenario with all its defaults"),
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +27,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="FILE", help="also write the .net.xml to FILE"
     )
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    parser.add_argument(
+        "--show",
+        action="store_true",
+        help="print the whole scenario as TOML, with its defaults and what each key means",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -27,9 +40,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     with ExitStack() as stack:
         new = output_file(stack, arguments)
-        network = opened_scenario(arguments).network
+        opened = opened_scenario(arguments)
+        network = opened.network
         if new is not None:
             shutil.copyfile(network.path, new)
+    if arguments.show:
+        _show(arguments, opened.scenario)
+        return 0
     summary = {
         "net": str(arguments.output or network.path),
         "sha256": network.sha256,
@@ -39,3 +56,14 @@ def run(arguments: argparse.Namespace) -> int:
     }
     print_result(arguments, summary, summary_lines(summary))
     return 0
+
+
+def _show(arguments: argparse.Namespace, scenario: "Scenario") -> None:
+    """Print a scenario as it stands in no file: whole, line by line however wide."""
+    from planner.scenario.toml_text import scenario_text
+
+    if arguments.json:
+        print_json(scenario.as_dict())
+        return
+    for line in scenario_text(scenario).split("\n"):
+        print(plain(line))

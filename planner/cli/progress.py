@@ -2,6 +2,7 @@
 
 import logging
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,16 +12,22 @@ from planner.progress import Progress
 log = logging.getLogger(__name__)
 
 QUARTERS = 4  # log lines without a terminal
+LONG_S, SOON_S = 30.0, 3.0  # work that takes longer is announced, after so many seconds of it
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Progress]:
+def progress_bar(title: str, shorter: str = "") -> Iterator[Progress]:
     """Give a callback that shows how far the work has come; nothing shows before its first call.
 
     The bar and the lines go to stderr. NO_COLOR is respected.
+
+    Parameters
+    ----------
+    shorter
+        What makes the work shorter: said where there is no bar to see how long it will take.
     """
     if sys.stderr is None or not sys.stderr.isatty():
-        yield _log_quarters(title)
+        yield _log_quarters(title, shorter)
         return
     from rich import progress as rich
     from rich.console import Console
@@ -44,11 +51,23 @@ def progress_bar(title: str) -> Iterator[Progress]:
         yield update
 
 
-def _log_quarters(title: str) -> Progress:
-    last = -1
+def _log_quarters(title: str, shorter: str) -> Progress:
+    last, said, begun_s = -1, False, time.monotonic()
 
     def update(done: int, total: int, note: str = "", /) -> None:
-        nonlocal last
+        nonlocal last, said
+        lasts_s = time.monotonic() - begun_s
+        if shorter and not said and done and lasts_s > SOON_S and lasts_s * total / done > LONG_S:
+            said = True
+            log.warning(
+                "%s: %d of %d after %.0f s, about %.1f min in all; %s",
+                title,
+                done,
+                total,
+                lasts_s,
+                lasts_s * total / done / 60,
+                shorter,
+            )
         quarter = QUARTERS * done // max(total, 1)
         if quarter > last:
             last = quarter

@@ -52,6 +52,9 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
     return stack.enter_context(written_whole(path))
 
 
+SHORTER = "fewer (--set search.particles=200 --targets 300) take less"
+
+
 def recorded(
     arguments: argparse.Namespace,
     opened: OpenScenario,
@@ -59,7 +62,7 @@ def recorded(
     record: Callable[[Recorder], Recording],
 ) -> Recording:
     """Return what a recorder records, and show the progress under a title."""
-    with progress_bar(title) as progress:
+    with progress_bar(title, SHORTER) as progress:
         return record(Recorder(opened, arguments.jobs, progress))
 
 

@@ -1,9 +1,7 @@
 """One condition of an experiment: a scenario as it is set, a method and a seed."""
 
-import datetime
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -66,24 +64,3 @@ class Condition:
             **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
             **({"study": self.study} if self.study else {}),
         }
-
-
-def toml_text(value: Any) -> str:
-    """Return a value as TOML writes it on one line.
-
-    Raises
-    ------
-    ValueError
-        If it is a date or a time, which scenarios write in quotes, or no finite number.
-    """
-    if isinstance(value, dict):
-        inner = (f"{json.dumps(key)} = {toml_text(item)}" for key, item in value.items())
-        return "{ " + ", ".join(inner) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml_text, value)) + "]"
-    if isinstance(value, datetime.date | datetime.time):
-        raise ValueError(f'is a date or a time; write it in quotes, as "{value}"')
-    if isinstance(value, float) and not math.isfinite(value):
-        raise ValueError("is no finite number; give one")
-    # TOML knows no escaped surrogates, as JSON has for what is beyond ASCII.
-    return json.dumps(value, ensure_ascii=False)

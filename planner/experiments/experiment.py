@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError
-from planner.experiments.condition import Condition, toml_text
+from planner.experiments.condition import Condition
 from planner.experiments.target_set import TargetSet
 from planner.messages import as_written, suggestion
 from planner.scenario.draft import read_draft
+from planner.scenario.toml_text import toml_text
 from planner.search.methods import METHODS
 
 METHOD, SEED, BLOCK = "method", "seed", "block"

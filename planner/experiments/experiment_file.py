@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError
-from planner.experiments.condition import toml_text
 from planner.experiments.experiment import METHOD, Experiment
 from planner.experiments.results import METRICS
 from planner.experiments.run_condition import NO_STUDIES, Studies
@@ -19,6 +18,7 @@ from planner.mission.recorder import FRESH_TARGETS
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import TargetSection
 from planner.scenario.source import scenario_path
+from planner.scenario.toml_text import toml_text
 from planner.search.methods import method_named
 
 MOST_CONDITIONS = 200_000  # of a file: each is listed, and takes a file of results

@@ -12,7 +12,7 @@ from planner.bounds.movements import Movements
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError, NotApplicableError
-from planner.experiments.condition import Condition, toml_text
+from planner.experiments.condition import Condition
 from planner.files import shipped, shipped_names
 from planner.flight.legs import legs_named
 from planner.futures.futures import Futures
@@ -20,6 +20,7 @@ from planner.guard import parsed_toml, read_text
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS, problem_of
 from planner.scenario.source import scenario_path
+from planner.scenario.toml_text import toml_text
 from planner.search.plan import plan_of_legs
 from planner.search.stop import WorkDone
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
-from planner.experiments.condition import toml_text
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.paper.studies import STUDIES
 from planner.scenario.source import read_source
+from planner.scenario.toml_text import toml_text
 from support.command_line import Commands
 
 SOUND = """

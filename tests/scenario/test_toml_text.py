@@ -1,0 +1,25 @@
+"""A scenario that is shown is the same scenario when it is read again."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from planner.files import shipped
+from planner.scenario.draft import read_draft
+from planner.scenario.toml_text import scenario_text
+
+
+@pytest.mark.parametrize("name", ["figure3", "grid5x5"])
+def test_a_shown_scenario_reads_back(name: str, tmp_path: Path) -> None:
+    folder = shipped(name)
+    assert folder is not None
+    source = folder if folder.is_dir() else folder.parent
+    shutil.copytree(source, tmp_path / name)
+    (path,) = (tmp_path / name).glob("scenario.toml")
+    scenario = read_draft(path).scenario()
+    text = scenario_text(scenario)
+    assert "horizon_s = " in text
+    assert "#" in text
+    path.write_text(text, encoding="utf-8")
+    assert read_draft(path).scenario().as_dict() == scenario.as_dict()
