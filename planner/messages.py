@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 LONGEST = 60  # characters of a value that a message shows
-
+LONGEST_LINE = 1000  # characters of a message
 
 # What a terminal obeys or cannot show: controls, marks that turn text round, halves of characters.
 UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -20,6 +20,12 @@ def plain(text: str) -> str:
     into a picture but through here.
     """
     return UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def as_line(text: str) -> str:
+    """Return a message as a terminal shows it: plain, and cut in its middle if it is very long."""
+    line, half = plain(text), LONGEST_LINE // 2
+    return line if len(line) <= LONGEST_LINE else f"{line[:half]} ... {line[-half:]}"
 
 
 def as_written(value: Any) -> str:

@@ -1,6 +1,7 @@
 """The example scripts, and the code in README and docs, run as they stand."""
 
 import csv
+import os
 import re
 import runpy
 import shlex
@@ -102,7 +103,24 @@ def test_the_planner_in_contributing_could_be_merged(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/scenario.md"])
+def test_an_own_net_works_as_typed(tmp_path: Path) -> None:
+    (typed,) = [block for block in blocks("README.md", "sh") if "netgenerate" in block]
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-e", "-c", typed],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": programs},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "written to runs/town" in done.stdout
+    assert "horizon_s = 1800.0  # " in done.stdout
+    assert (tmp_path / "runs" / "town" / "plan.png").is_file()
+
+
+@pytest.mark.parametrize("page", ["docs/scenario.md"])
 def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
     (written,) = blocks(page, "toml")
     for name in re.findall(r'"(\S+\.(?:net|nod|edg)\.xml)"', written):

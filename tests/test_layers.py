@@ -1,6 +1,7 @@
 """The flow reads off the folder list: a stage imports only stages to its left, and no circles."""
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -229,3 +230,17 @@ def test_a_sumo_worker_loads_no_heavy_library() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert loaded & {"numba", "pyarrow", "pandas", "scipy", "pydantic", "networkx"} == set()
+
+
+# Who reads files that others wrote
+
+PARSERS = re.compile(
+    r"json\.loads?\(|tomllib|iterparse|ElementTree\.(parse|fromstring)|expat|make_parser|minidom"
+)
+READERS = ("guard.py", "network/sumo.py", "network/read.py")  # the last one: its own copy
+
+
+@pytest.mark.parametrize("file", source_files())
+def test_foreign_files_pass_the_guard(file: str) -> None:
+    found = PARSERS.findall((ROOT / file).read_text(encoding="utf-8"))
+    assert file in READERS or not found

@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Protocol
 
 from planner.errors import PlannerError
 from planner.interrupts import stopped_by_signals
-from planner.messages import plain
+from planner.messages import as_line
 
 BAD_INPUT = 2
 
@@ -194,7 +194,7 @@ class _Parser(argparse.ArgumentParser):
         """End the program with what is wrong and where to find help."""
         command = self.prog.removeprefix("planner").strip()
         fault = f"{command}: {message}" if command else message
-        self.exit(BAD_INPUT, f"planner: {plain(fault)}; see {self.prog} --help\n")
+        self.exit(BAD_INPUT, f"planner: {as_line(fault)}; see {self.prog} --help\n")
 
 
 class _Version(argparse.Action):
@@ -218,7 +218,7 @@ def _refused(error: Exception) -> int:
         lines = str(error).split("\n")
     with suppress(OSError):
         for line in lines:
-            print(f"planner: {plain(line)}", file=sys.stderr)
+            print(f"planner: {as_line(line)}", file=sys.stderr)
     return BAD_INPUT
 
 
@@ -248,7 +248,7 @@ class _Plain(logging.Formatter):
 
     def formatMessage(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""
-        record.message = plain(record.message)
+        record.message = as_line(record.message)
         return super().formatMessage(record)
 
 

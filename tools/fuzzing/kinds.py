@@ -51,7 +51,6 @@ class Kind:
     seeds: Callable[[Path], None]  # puts the sound files into a folder
     changes: tuple[str, ...]  # one of these is changed
     words: tuple[str, ...] = ()  # of the command; empty: verify.py
-    is_read: bool = True  # False: the planner does not read such files
 
     def command(self, rng: random.Random) -> list[str]:
         """Return the words of the command; with --set, a value of chance."""
@@ -171,7 +170,7 @@ KINDS = (
         ("build", ".", "--set", 'target.turning={file="turns.xml"}', "--json"),
     ),
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
-    Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv"), is_read=False),
+    Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv")),
     Kind("fcd parquet", _fcd_parquet, ("fcd.parquet",), (*OWN, "fcd.parquet")),
     Kind("futures", _futures, ("futures.parquet", "particles.parquet"), (*OWN, "futures.parquet")),
     Kind("fly", _run, RUN, ("fly", "run", "--targets", "5", "--json")),
