@@ -13,14 +13,18 @@ from planner.cli.printing import console
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.flight.plan import Plan
+from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.state_at import by_road, state_at
 from planner.report.tables import (
+    OTHERS,
     MethodRow,
     compare_table,
     flights_table,
     legs_table,
     plan_table,
+    waypoints_table,
 )
 from planner.report.where import where_table
 from planner.search.plan import plan_of_legs
@@ -70,6 +74,50 @@ def test_plan(printed: Callable[[object], str]) -> None:
     assert line(text, "found  ")[1:3] == ["75.0 %", "90.0 %"]
     assert line(text, "found before")[1:3] == ["75.0 %", "80.0 %"]
     assert line(text, "planned minus fresh")[1] == "+5 s"
+
+
+@pytest.mark.parametrize("width", [120, 80, 60, 40])
+def test_figures_stay_whole_in_any_window(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    file = io.StringIO()
+    console(file).print(compare_table([replace(ROW, method="exhaustive-shortest")], "a title"))
+    text = file.getvalue()
+    assert all(len(row.rstrip()) <= width for row in text.splitlines())
+    cells = line(text, "exhaustive-shortest")
+    assert cells[1] == "395 s"
+    low_s, high_s = FRESH.ci95_s
+    whole = f"{low_s:,.0f} .. {high_s:,.0f}"
+    assert (whole in text) == (width > 40)
+    assert ("a wider window also shows" in text) == (width < 120)
+
+
+def test_other_targets_are_named_and_not_compared(printed: Callable[[object], str]) -> None:
+    text = printed(plan_table(ROW, OTHERS))
+    assert "of the belief" in text
+    assert "planned minus fresh" not in text
+
+
+def test_rows_end_at_the_horizon_and_after_many(printed: Callable[[object], str]) -> None:
+    futures = physics_futures(NET, [["AB", "BC"]], 0.0, 10.0)
+    problem = Problem(NET, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(100.0), PLANNED.objective)
+    plan = plan_of_legs(problem, "any", [0, 1] * 50)
+    lasts_s = float(plan.legs[0][0].end_s)
+    text = printed(legs_table(plan, NET, until_s=10.5 * lasts_s))
+    assert line(text, "11 ")[:2] == ["11", "AB"]
+    assert "\n  12 " not in text
+    assert "60 more" in printed(legs_table(plan, NET))
+
+
+def test_a_flight_off_the_roads_is_a_table_of_stays(printed: Callable[[object], str]) -> None:
+    track = Track(
+        np.array([0.0, 60.0, 120.0, 300.0]),
+        np.array([0.0, 6e3, 6e3, 6e3]),
+        np.array([0.0, 0.0, 0.0, -9e3]),
+        np.array([[0.0, 300.0]]),
+    )
+    text = printed(waypoints_table(Plan("best", (track,), ((),))))
+    assert line(text, "2 ") == ["2", "6,000", "0", "0:01:00", "0:02:00"]
+    assert line(text, "3 ") == ["3", "6,000", "-9,000", "0:05:00", "0:05:00"]
 
 
 def test_compare_keeps_the_row_of_a_method_that_does_not_apply(

@@ -1,0 +1,51 @@
+"""A user's futures: what is kept out of planning is kept out by vehicle, and nothing is lost."""
+
+from pathlib import Path
+
+import numpy as np
+
+from planner.mission.opening import open_scenario
+from planner.mission.own_futures import ENOUGH, OwnFutures, read_split
+from planner.parquet import write_table
+
+
+def recording(folder: Path, vehicles: int) -> OwnFutures:
+    """Vehicle k stands at k metres on the first road."""
+    name = np.repeat(np.arange(vehicles), 2)
+    columns = {
+        "particle": name,
+        "time_s": np.tile([0.0, 60.0], vehicles),
+        "x_m": name.astype(float),
+        "y_m": np.zeros(2 * vehicles),
+    }
+    write_table(folder / "futures.parquet", columns, {})
+    return OwnFutures(folder / "futures.parquet")
+
+
+def test_a_fifth_of_the_vehicles_is_kept_out(tmp_path: Path) -> None:
+    opened = open_scenario("figure3")
+    split = read_split(recording(tmp_path, ENOUGH), opened)
+    assert split.kept_out is not None
+    planning, spared = split.planning.futures, split.kept_out.futures
+    assert (len(planning), len(spared)) == (80, 20)
+    both = np.concatenate([planning.x_m[::2], spared.x_m[::2]])
+    assert sorted(both.tolist()) == list(range(ENOUGH))
+    for part in (planning, spared):
+        np.testing.assert_allclose(part.weight, 1 / len(part))
+    again = read_split(OwnFutures(tmp_path / "futures.parquet"), opened)
+    np.testing.assert_array_equal(again.planning.futures.x_m, planning.x_m)
+
+
+def test_another_seed_keeps_out_others(tmp_path: Path) -> None:
+    own = recording(tmp_path, ENOUGH)
+    one, other = (
+        read_split(own, open_scenario("figure3", overrides=[f"search.seed={seed}"])).planning
+        for seed in (1, 2)
+    )
+    assert one.futures.x_m.tolist() != other.futures.x_m.tolist()
+
+
+def test_of_few_vehicles_none_is_kept_out(tmp_path: Path) -> None:
+    split = read_split(recording(tmp_path, ENOUGH - 1), open_scenario("figure3"))
+    assert split.kept_out is None
+    assert len(split.planning.futures) == ENOUGH - 1
