@@ -90,6 +90,7 @@ def motion_of_futures(futures: Futures, names: Sequence[str]) -> Motion:
     return Motion("particle", names, first, *columns)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # absurd places are refused for what they are
 def check_motion(path: Path, motion: Motion, network: RoadNetwork, clock: Clock) -> None:
     """Refuse motion that cannot be, and say in the log what is odd.
 

@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.files import cache_folder, written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import CAR, parse_net
+from planner.network.sumo import CAR, STUMBLES, parse_net
 from planner.scenario.sections import NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -104,7 +104,7 @@ def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
     columns = _load(kept)
     if columns is None:
-        columns = _columns(path, source)
+        columns = _sound_columns(path, source)
         _save(kept, columns)
     network = RoadNetwork(**columns, path=path, sha256=sha256, source=source)
     _refuse_other_units(network, source)
@@ -120,6 +120,19 @@ def _refuse_other_units(network: RoadNetwork, source: Path) -> None:
         raise InputError(f"{seen}; are its coordinates degrees? convert them to metres")
     if extent_m > LARGEST_M:
         raise InputError(f"{seen}, more than the Earth; convert its coordinates to metres")
+
+
+def _sound_columns(path: Path, source: Path) -> dict[str, Any]:
+    """Return a network's columns; sumolib looks at some of a file only when it is asked."""
+    try:
+        return _columns(path, source)
+    except InputError:
+        raise
+    except STUMBLES as error:
+        raise InputError(
+            f"{source}: not a readable SUMO network ({error!r}); "
+            "give a .net.xml that netconvert or netedit wrote"
+        ) from error
 
 
 def _columns(path: Path, source: Path) -> dict[str, Any]:
