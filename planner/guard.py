@@ -7,6 +7,7 @@ file may not name entities, files outside its folder, or more than memory should
 import gzip
 import io
 import json
+import math
 import os
 import re
 import stat
@@ -126,14 +127,16 @@ def _within_limits(parse: Callable[[str], Any], text: str) -> Any:
         if "digits" in str(error):  # Python's own limit, in words about Python
             raise ValueError("it holds a number that is too large") from None
         raise
-    _refuse_extremes(content)
+    _refuse_extremes(content, in_json=parse is not tomllib.loads)  # TOML has an infinity
     return content
 
 
-def _refuse_extremes(content: Any) -> None:
+def _refuse_extremes(content: Any, *, in_json: bool) -> None:
     level = [content]
     for _ in range(DEEPEST):
         if any(type(v) is int and not -LARGEST_NUMBER <= v < LARGEST_NUMBER for v in level):
+            raise ValueError("it holds a number that is too large")
+        if in_json and any(type(v) is float and not math.isfinite(v) for v in level):
             raise ValueError("it holds a number that is too large")
         tables = [v.values() for v in level if isinstance(v, dict)]
         lists = [v for v in level if isinstance(v, list)]

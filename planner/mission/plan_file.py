@@ -137,6 +137,8 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
         legs.append(tuple(_flown(leg, network) for leg in uav["legs"]))
+    if not tracks:
+        raise ValueError("no uavs")
     return StoredPlan(
         Plan(content["method"], tuple(tracks), tuple(legs)),
         Sensor(_above_zero(content["planned"]["radius_m"])),
