@@ -138,21 +138,21 @@ def _output_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        ours = path.is_relative_to(cache_folder())
+        ours = path.is_relative_to(cache_root())
         remedy = "set PLANNER_CACHE to another folder" if ours else "choose another folder"
         raise OutputError(
             f"{path}: cannot be written ({error.strerror or error}); {remedy} or make room"
         ) from error
 
 
-def cache_folder(*parts: str) -> Path:
-    """Return a folder of the cache: ``$PLANNER_CACHE``, or the user's own cache folder."""
+def cache_root() -> Path:
+    """Return the folder of the cache: ``$PLANNER_CACHE``, or the user's own cache folder."""
     chosen = os.environ.get("PLANNER_CACHE")
     if chosen:
-        return Path(chosen).expanduser().joinpath(*parts)
+        return Path(chosen).expanduser()
     from platformdirs import user_cache_path
 
-    return user_cache_path("planner", appauthor=False).joinpath(*parts)
+    return user_cache_path("planner", appauthor=False)
 
 
 def shipped(name: str) -> Path | None:

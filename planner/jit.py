@@ -4,22 +4,25 @@ Import this only below a `kernels/` folder: it loads the compiler.
 """
 
 import hashlib
+import io
 import logging
 import os
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from planner.files import cache_folder
+from planner.cache import cache_folder
+from planner.compiling import COMPILING
 
 log = logging.getLogger(__name__)
 
 
 def _version() -> str:
     """Name all compiled sources by content: numba overlooks a change in a file it calls into."""
-    sources = sorted(Path(__file__).parent.rglob("kernels/*.py"))
+    sources = [Path(__file__), *sorted(Path(__file__).parent.rglob("kernels/*.py"))]
     content = b"".join(source.read_bytes() for source in sources)
     return hashlib.sha256(content).hexdigest()[:16]
 
@@ -55,6 +58,10 @@ from numba.core import event  # noqa: E402
 # Numba has read it already where the caller has imported numba first.
 setattr(numba.config, "CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])  # noqa: B010
 
+from numba.core import caching  # noqa: E402
+
+_CacheFiles: Any = caching.IndexDataCacheFile
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -65,6 +72,7 @@ class _FirstCompilation(event.Listener):
 
     def on_start(self, _: Any) -> None:
         """Say it before the first function is compiled."""
+        COMPILING.begin(time.perf_counter())
         if self.said:
             return
         self.said = True
@@ -74,15 +82,50 @@ class _FirstCompilation(event.Listener):
         )
 
     def on_end(self, _: Any) -> None:
-        """Nothing is left to say."""
+        """Take note of the time."""
+        COMPILING.end(time.perf_counter())
 
 
 register: Any = event.register
 register("numba:compile", _FirstCompilation())
 
 
+class _WholeFiles(_CacheFiles):  # type: ignore[misc]
+    """Numba's files of compiled code, each with its digest at its end: a cut one is none."""
+
+    def _load_index(self) -> Any:
+        return super()._load_index() if _is_whole(self._index_path) else {}
+
+    def _load_data(self, name: str) -> Any:
+        path = self._data_path(name)
+        if not _is_whole(path):
+            raise OSError(f"{path} is damaged")  # it is compiled anew
+        return super()._load_data(name)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[Any]:
+        content = io.BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as file:
+            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+
+
+def _is_whole(path: str) -> bool:
+    try:
+        content = Path(path).read_bytes()
+    except OSError:
+        return False
+    digest = hashlib.sha256().digest_size
+    whole = content[-digest:] == hashlib.sha256(content[:-digest]).digest()
+    if not whole:
+        log.warning("%s: the cache's compiled code is damaged; it is compiled anew", path)
+    return whole
+
+
 def compiled(function: F) -> F:
     """Return ``function`` compiled to machine code on first call, and kept on disk."""
     decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
     made: F = decorate(function)
+    kept = made._cache._cache_file  # type: ignore[attr-defined]
+    kept.__class__ = _WholeFiles  # numba has no way to name another one
     return made

@@ -15,6 +15,7 @@ install() {
         make_venv
         install_packages "$extras"
         find_sumo_libraries
+        compile_searches
         remember "$wanted" "$extras"
     fi
 }
@@ -75,8 +76,19 @@ belongs_here() {
 install_packages() {
     say "putting Python packages into .venv: about a minute and 1.7 GB, once"
     .venv/bin/python -m pip --version >/dev/null 2>&1 || .venv/bin/python -m ensurepip >/dev/null
+    # SUMO's Python files are many, and hardly one of them is used: no bytecode of them.
+    sumo=$(grep -oE '(eclipse-sumo|libsumo|sumolib)==[0-9.*]+' pyproject.toml | sort -u)
+    # shellcheck disable=SC2086  # a list of words
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile $sumo ||
+        fail "pip failed: see above; run this again when it is mended"
     .venv/bin/python -m pip install --quiet --disable-pip-version-check \
         --editable ".${1:+[$1]}" || fail "pip failed: see above; run this again when it is mended"
+}
+
+# What a search compiles is compiled now, so that the first one does not wait for it.
+compile_searches() {
+    say "compiling the searches for this machine: a minute or two, once"
+    .venv/bin/planner doctor --compile >&2 || say "that failed; the first search will try again"
 }
 
 find_sumo_libraries() {

@@ -9,14 +9,15 @@ import platform
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.cache import cache_folder, clear, limit_bytes, sizes
 from planner.cli.printing import print_result
 from planner.errors import PlannerError
-from planner.files import cache_folder
 from planner.network.sumo import binary, sumo_environment
 from planner.provenance import PACKAGES, versions
 
@@ -25,7 +26,11 @@ if TYPE_CHECKING:
 
 SUMMARY = "check this installation and suggest a remedy for each fault"
 DETAILS = ""
-EXAMPLES = (("doctor", "first of all on a new computer"),)
+EXAMPLES = (
+    ("doctor", "first of all on a new computer"),
+    ("doctor --compile", "after an installation"),
+    ("doctor --clear", "empty the cache"),
+)
 
 SUMO_RELEASE = "1.28"  # the programs and both libraries move together
 ARROW_RELEASE = "23"  # libsumo is compiled against it
@@ -53,16 +58,43 @@ class Finding:
         }
 
 
-def arguments(_: argparse.ArgumentParser) -> None:
-    """Add nothing: `planner doctor` takes no arguments of its own."""
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner doctor`."""
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--compile",
+        action="store_true",
+        help="compile all that is compiled, so that no search waits for it: a minute or two",
+    )
+    what.add_argument(
+        "--clear", action="store_true", help="empty the cache, but for what is in use"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Examine the installation; return 1 if something has to be mended."""
+    if arguments.clear:
+        freed = clear()
+        print_result(arguments, {"freed_bytes": freed}, [f"freed {freed / 1e6:,.0f} MB"])
+        return 0
+    if arguments.compile:
+        _compile(arguments)
+        return 0
     findings = examine()
     summary = {"findings": [finding.as_dict() for finding in findings]}
     print_result(arguments, summary, [doctor_table(findings)])
     return 0 if all(finding.fine for finding in findings) else 1
+
+
+def _compile(arguments: argparse.Namespace) -> None:
+    from planner.cli.progress import progress_bar
+    from planner.mission.warm_up import compile_all
+
+    begun_s = time.monotonic()
+    with progress_bar("compiling") as progress:
+        compile_all(progress)
+    took_s = time.monotonic() - begun_s
+    print_result(arguments, {"took_s": took_s}, [f"all is compiled, after {took_s:.0f} s"])
 
 
 def doctor_table(findings: Iterable[Finding]) -> "Table":
@@ -166,7 +198,12 @@ def _remedy(answer: str) -> str:
 
 
 def _cache() -> Iterator[Finding]:
-    yield _writable("cache can be written", cache_folder(), "PLANNER_CACHE")
+    try:
+        yield _writable("cache can be written", cache_folder(), "PLANNER_CACHE")
+        takes = ", ".join(f"{part} {taken / 1e6:,.0f} MB" for part, taken in sizes().items())
+        yield Finding("cache's size", True, f"{takes}; at most {limit_bytes() / 1e9:g} GB")
+    except PlannerError as error:
+        yield Finding("cache can be trusted", False, str(error), "as it says")
 
 
 def _writable(what: str, folder: Path, variable: str) -> Finding:

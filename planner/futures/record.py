@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 SHARED = 100  # particles in one run, where they can be kept from noticing each other
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
+POINT_M = 0.02  # lengths in net files have two decimals
 
 
 def record(
@@ -104,16 +105,22 @@ def record_batch(
 
 
 def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float) -> Run:
-    straight = len(network.shape_xy_m) == 2 * len(network.road_ids)
     constant = particles.driving == "constant"
     vehicles = tuple(_vehicle(network, particles, k, str(i)) for i, k in enumerate(batch.tolist()))
     return Run(
         vehicles=vehicles,
         free=not constant,
         seed=int(particles.seed[batch[0]]),
-        step_s=STRAIGHT_STEP_S if constant and straight else STEP_S,
+        step_s=STRAIGHT_STEP_S if constant and _is_abstract(network) else STEP_S,
         end_s=horizon_s,
     )
+
+
+def _is_abstract(network: RoadNetwork) -> bool:
+    """Return whether edges run straight from node to node: junctions are points, all is exact."""
+    straight = len(network.shape_xy_m) == 2 * len(network.road_ids)
+    away_m = network.edge_length_m - network.road_length_m[network.edge_road]
+    return straight and bool(np.all(np.abs(away_m) <= POINT_M))
 
 
 def _vehicle(network: RoadNetwork, particles: Particles, k: int, name: str) -> Vehicle:

@@ -13,8 +13,9 @@ import numpy as np
 
 from planner.belief.particles import Particles
 from planner.belief.recipe import Recipe
+from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
-from planner.files import cache_folder, results_written_whole
+from planner.files import results_written_whole
 from planner.futures.fcd import Samples, samples_of_rows
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import NO_EDGE, Futures
@@ -68,7 +69,7 @@ def recorded(
     """
     described = describe(network, scenario)
     folder = cache_folder("futures") / _key(recipe, described)
-    if (folder / PARTICLES).is_file():
+    if is_whole(folder):
         try:
             return _read_kept(folder / KNOTS, network)
         except InputError as error:
@@ -79,6 +80,7 @@ def recorded(
     )
     with results_written_whole(folder, force=True) as new:
         write_recording(new, futures, particles, network, described)
+    seal(folder)
     return _read_kept(folder / KNOTS, network)
 
 

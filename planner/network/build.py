@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape
 
-from planner.errors import InputError
-from planner.files import cache_folder, written_whole
+from planner.cache import cache_folder, is_whole, seal
+from planner.errors import InputError, OutputError
+from planner.files import written_whole
 from planner.guard import opened, xml_elements
 from planner.network.sumo import netconvert, plain_names, sumo_version
 
@@ -89,18 +90,21 @@ def _build(sources: Mapping[str, Path], options: Sequence[str], folder: Path) ->
     contents = {option: _content(path) for option, path in sources.items()}
     with plain_names(list(sources.values()), folder) as links:
         net = cache_folder("nets") / f"{_key(sources, contents, options, links)}.net.xml"
-        if net.exists():
+        if is_whole(net):
             return net
         log.info("netconvert builds the network of %s", subject)
         with written_whole(net) as new:
             given = [f"{option}={links[path]}" for option, path in sources.items()]
             made = next(iter(links.values())).parent / "made.net.xml"
             netconvert([*given, *options, f"--output-file={made}"], subject=subject, links=links)
+            if not made.read_bytes().rstrip().endswith(b"</net>"):
+                raise OutputError(f"{subject}: netconvert wrote half a net; is the disk full?")
             content = MADE_AT.sub(rb"\1", made.read_bytes(), count=1)
             if "--edge-files" in sources:
                 refuse_spoilt_names(sources["--edge-files"], content)
                 refuse_spoilt_names(sources["--node-files"], content)
             new.write_bytes(content)
+        seal(net)
     return net
 
 

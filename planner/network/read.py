@@ -12,8 +12,9 @@ from zipfile import BadZipFile
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
-from planner.files import cache_folder, written_whole
+from planner.files import written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import CAR, STUMBLES, parse_net
@@ -102,10 +103,11 @@ def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
 @lru_cache(IN_MEMORY)
 def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
-    columns = _load(kept)
+    columns = _load(kept) if is_whole(kept) else None
     if columns is None:
         columns = _sound_columns(path, source)
         _save(kept, columns)
+        seal(kept)
     network = RoadNetwork(**columns, path=path, sha256=sha256, source=source)
     _refuse_other_units(network, source)
     return network

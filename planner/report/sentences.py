@@ -25,10 +25,12 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
     """
     expected_s, (_, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
     gain_s = expected_s - planned.expected_detection_time_s
-    if gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
+    timed = evaluated.objective.by_s is None
+    if not timed or gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
         return None
+    share = gain_s / planned.expected_detection_time_s
     return (
-        f"fresh targets take {gain_s / expected_s:.0%} longer to find than the particles planned "
+        f"fresh targets take {share:.0%} longer to find than the particles planned "
         f"with: {len(planned.weight):,} are few here; try --set search.particles="
         f"{4 * len(planned.weight)} or --set search.sampling=sobol"
     )

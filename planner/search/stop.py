@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from planner.checked import number, set_fields, whole
+from planner.compiling import COMPILING
 
 
 class Stop(Protocol):
@@ -31,17 +32,21 @@ class WorkDone:
 
 @dataclass(frozen=True)
 class Elapsed:
-    """Ends when so many seconds of wall-clock time have passed since the rule was made."""
+    """Ends when so many seconds have passed since the rule was made; compilation takes none."""
 
     seconds: float
-    since_s: float = field(default_factory=time.monotonic)
+    since_s: float = field(default_factory=lambda: _now_s())
 
     def __post_init__(self) -> None:
         set_fields(self, {"seconds": number("seconds", self.seconds, ends=False)})
 
     def __call__(self, work: int, /) -> bool:  # noqa: ARG002
         """Tell whether they have passed."""
-        return time.monotonic() > self.since_s + self.seconds
+        return _now_s() > self.since_s + self.seconds
+
+
+def _now_s() -> float:
+    return time.monotonic() - COMPILING.spent_s
 
 
 @dataclass(frozen=True)

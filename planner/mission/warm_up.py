@@ -1,0 +1,45 @@
+"""Everything that is compiled, compiled once: small plans by every method, and a certificate."""
+
+from contextlib import suppress
+from dataclasses import replace
+
+from planner.bounds.certificate import Effort, certified
+from planner.errors import NotApplicableError
+from planner.mission.opening import open_scenario
+from planner.mission.recorder import Recorder, needs_holdout, problem_of
+from planner.mission.trial import try_method
+from planner.progress import Progress, silent
+from planner.search.methods import METHODS, Method, method_named
+from planner.search.stop import WorkDone
+
+SCENARIO = "figure3"
+SETTINGS = ("search.work=300", "search.particles=8", "search.sampling=iid")
+# What else is compiled than by each method on its own.
+MORE = (
+    ("best", "search.free=true"),
+    ("greedy", "greedy.tick_s=5"),
+    ("best", "search.objective='probability'", "search.by_s=600"),
+    ("greedy", "uav.return_to='start'", "uav.max_flight_time_s=1800"),
+    ("exact", "sensor.detects_in_transit=false"),
+)
+
+
+def compile_all(progress: Progress = silent) -> None:
+    """Compile all kernels that are not compiled yet, for the types that planners call them with."""
+    cases = [*((method.name,) for method in METHODS), *MORE]
+    for done, (name, *settings) in enumerate(cases):
+        progress(done, len(cases), name)
+        with suppress(NotApplicableError):
+            _plan(method_named(name), settings)
+    progress(len(cases), len(cases))
+
+
+def _plan(method: Method, settings: list[str]) -> None:
+    opened = open_scenario(SCENARIO, overrides=[*SETTINGS, *settings])
+    recorder = Recorder(opened, workers=1)
+    futures, fresh = recorder.planning().futures, recorder.evaluation(20).futures
+    holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
+    trial = try_method(method, recorder, futures, fresh, holdout=holdout)
+    problem = problem_of(opened, futures, method=method)
+    problem = problem.replace(uav=replace(problem.uav, take_off_s=trial.plan.take_off_s))
+    certified(problem, trial.plan, Effort(stop=WorkDone(3)))
