@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from planner.errors import InputError, SumoError
 from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
+from planner.locks import temporary_folder
 
 log = logging.getLogger(__name__)
 
@@ -95,7 +95,7 @@ def plain_names(files: Sequence[Path], folder: Path) -> Iterator[dict[Path, Path
     InputError
         If a file is not what `planner.guard` lets in, or includes one from elsewhere.
     """
-    with TemporaryDirectory(prefix="planner-") as temporary:
+    with temporary_folder() as temporary:
         links: dict[Path, Path] = {}
         for number, file in enumerate(dict.fromkeys(files)):
             root = folder if file.resolve().is_relative_to(folder.resolve()) else file.parent
