@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
-from planner.errors import PlannerError
+from planner.errors import PlannerError, is_short_of_memory
 from planner.interrupts import stopped_by_signals
 from planner.locks import sweep
 from planner.messages import as_line
@@ -97,6 +97,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             if isinstance(error, OSError):
                 _forget_output()
             return _refused(error)
+        except ImportError as error:
+            if is_short_of_memory(error):
+                return _refused(MemoryError(str(error)))
+            raise
 
 
 def _run(words: Sequence[str]) -> int:
@@ -213,6 +217,13 @@ class _Parser(argparse.ArgumentParser):
         command = self.prog.removeprefix("planner").strip()
         fault = f"{command}: {message}" if command else message
         self.exit(BAD_INPUT, f"planner: {as_line(fault)}; see {self.prog} --help\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print a message; argparse's own way is silent about an output that takes nothing."""
+        if file is sys.stdout and file is not None:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
 
 
 class _Version(argparse.Action):

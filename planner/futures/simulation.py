@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from planner.errors import InputError, SumoError
+from planner.errors import InputError, SumoError, is_short_of_memory
 from planner.futures.fcd import Samples, read_samples
 from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
@@ -22,7 +22,6 @@ from planner.network.sumo import MESSAGES, sumo_environment
 
 SLICE_S = 0.2  # of wall time between two answers to Ctrl-C
 LEAST_BYTES = 1 << 20  # free, where SUMO records
-NO_ROOM = ("allocate memory", "failed to map segment")  # in the words of the loader
 LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1"
 
 
@@ -98,7 +97,7 @@ def import_libsumo() -> Any:
     try:
         import libsumo
     except ImportError as error:
-        if any(words in str(error) for words in NO_ROOM):
+        if is_short_of_memory(error):
             raise MemoryError(str(error)) from error
         raise SumoError(
             f"libsumo cannot be loaded ({error}); install its system libraries, "

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from planner.errors import InputError, SumoError
+from planner.errors import InputError, SumoError, is_short_of_memory
 from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
 from planner.locks import temporary_folder
@@ -161,6 +161,8 @@ def netconvert(
         If netconvert refuses the sources; the text is its own message.
     SumoError
         If netconvert cannot be run or dies.
+    MemoryError
+        If there is no room to run it.
     """
     sumo_environment()
     try:
@@ -179,6 +181,8 @@ def netconvert(
         said = said.replace(str(link), str(file))
     if running.returncode < 0:
         raise SumoError(f"netconvert died of signal {-running.returncode} on {subject}")
+    if running.returncode > 0 and is_short_of_memory(said):
+        raise MemoryError(_reason(said))
     if running.returncode > 0:
         raise InputError(f"{subject}: netconvert refuses it: {_reason(said)}")
     if said.strip():
