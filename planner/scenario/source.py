@@ -166,10 +166,11 @@ def there_now(run: Path, record: Mapping[str, Any], key: str) -> Path:
     KeyError, TypeError
         If the record holds no such path.
     """
+    absolute = Path(record[key])
     seen = record.get(key + FROM_RUN)
     if isinstance(seen, str) and seen.isprintable() and (run.parent / seen).is_file():
         return (run.parent / seen).resolve()
-    return Path(record[key])
+    return absolute
 
 
 def paths_in_record(key: str, file: Path, run: Path) -> Tables:
