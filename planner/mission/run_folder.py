@@ -39,8 +39,8 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
         place = Path(error.source).parent
         if not place.is_dir():
             raise InputError(
-                f"{record}: {place}, where its scenario lay, is gone; move it "
-                "back together with the run, or plan again"
+                f"{record}: there is no file {error.source} any more, where its scenario lay; "
+                "move it back together with the run, or plan again"
             ) from error
         raise
     sha256 = record_of(folder).get("sha256")

@@ -29,4 +29,4 @@ def test_a_moved_project_works(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert main(["fly", str(alone), "--targets", "20", "--force"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert f"{old}, where its scenario lay, is gone" in said
+    assert f"no file {old / 'scenario.toml'} any more" in said
