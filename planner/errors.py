@@ -60,6 +60,11 @@ class ScenarioError(InputError):
         return type(self), (self.source, self.faults)
 
 
+def is_short_of_memory(said: object) -> bool:
+    """Return whether the system's loader of libraries says that memory is short."""
+    return any(words in str(said) for words in ("allocate memory", "failed to map segment"))
+
+
 class NotApplicableError(PlannerError, ValueError):
     """A method cannot work on this problem, for a reason that its text names."""
 

@@ -2,44 +2,58 @@
 
 import json
 import os
-import shutil
-import tempfile
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from functools import partial
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from planner.errors import OutputError
 from planner.interrupts import undone_if_stopped
+from planner.locks import is_at, locked, swept, temporary_file, temporary_folder
 
 RECORD = "run.json"  # of a run's making; without it no folder is taken for a run
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def written_whole(path: Path, *, replace: bool = True) -> Iterator[Path]:
     """Give a temporary name beside ``path`` that becomes ``path`` when the block ends well.
+
+    Parameters
+    ----------
+    replace
+        False: what another command has written there meanwhile is not replaced.
 
     Raises
     ------
     OutputError
-        If the folder cannot be written, the disk is full, or ``path`` is a folder or a device.
+        If the folder cannot be written, the disk is full, ``path`` is a folder or a device,
+        or is there and may not be replaced.
     """
     with _output_errors(path):
         if path.exists() and not path.is_file():
             raise OutputError(f"{path}: is not a file that can be replaced; choose another name")
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.name)
-        os.close(handle)
-        temporary = Path(name)
-        with undone_if_stopped(temporary.unlink):
-            try:
-                yield temporary
-                temporary.chmod(0o666 & ~_umask())
-                _flush(temporary)
+        swept(path.parent)
+        with temporary_file(path.parent, path.name) as temporary:
+            yield temporary
+            temporary.chmod(0o666 & ~_umask())
+            _flush(temporary)
+            if replace:
                 temporary.replace(path)
-            finally:
-                temporary.unlink(missing_ok=True)
+            else:
+                _move_new(temporary, path)
+
+
+def _move_new(temporary: Path, path: Path) -> None:
+    """Move a file to where there is none."""
+    try:
+        path.hardlink_to(temporary)
+    except FileExistsError as error:
+        raise OutputError(
+            f"{path}: another command has written it; name another file, or --force to replace it"
+        ) from error
+    except OSError:  # a file system without links
+        temporary.replace(path)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -79,17 +93,56 @@ def results_written_whole(
                 f"{folder}: holds {min(earlier)} already; choose another folder, "
                 "or --force to overwrite it"
             )
-        with _made(folder), tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:
-            new = Path(temporary)
-            with undone_if_stopped(partial(shutil.rmtree, new)):
-                yield new
-                meanwhile = {name for name in names if (folder / name).exists()} - earlier
-                if meanwhile and not force:
-                    raise OutputError(
-                        f"{folder}: another command has written {min(meanwhile)} there; "
-                        "choose another folder"
-                    )
-                _move_all(new, folder, earlier)
+        swept(folder)
+        with _made(folder), temporary_folder(folder) as new:
+            yield new
+            meanwhile = {name for name in names if (folder / name).exists()} - earlier
+            if meanwhile and not force:
+                raise OutputError(
+                    f"{folder}: another command has written {min(meanwhile)} there; "
+                    "choose another folder"
+                )
+            _move_all(new, folder, earlier)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other commands from writing into a folder, which is made if there is none.
+
+    Raises
+    ------
+    OutputError
+        If another command writes there, or the folder cannot be made.
+    """
+    while True:
+        with _output_errors(folder), ExitStack() as stack:
+            missing = _missing(folder)
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = stack.enter_context(_opened(folder))
+            if descriptor is not None and locked(descriptor) is False:
+                raise OutputError(
+                    f"{folder}: another command is writing there; wait for its end, or choose "
+                    "another folder"
+                )
+            if descriptor is None or is_at(folder, descriptor):
+                stack.enter_context(_removed_if_empty(missing))
+                yield
+                return
+            # The other command has removed its folder meanwhile.
+
+
+@contextmanager
+def _opened(folder: Path) -> Iterator[int | None]:
+    """Give a folder's descriptor, None where the system opens no folders."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except PermissionError:
+        yield None
+        return
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
 
 
 def _move_all(new: Path, folder: Path, earlier: set[str]) -> None:
@@ -117,14 +170,26 @@ def _flush(path: Path) -> None:
 @contextmanager
 def _made(folder: Path) -> Iterator[None]:
     """Make a folder, which goes again if it is still empty when the block fails."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    missing = _missing(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with _removed_if_empty(missing):
+        yield
+
+
+def _missing(folder: Path) -> list[Path]:
+    """Return what has to be made for a folder, itself first."""
+    return [path for path in (folder, *folder.parents) if not path.exists()]
+
+
+@contextmanager
+def _removed_if_empty(made: Sequence[Path]) -> Iterator[None]:
+    """Remove folders that are still empty when the block fails."""
 
     def undo() -> None:
         with suppress(OSError):
-            for path in missing:
+            for path in made:
                 path.rmdir()
 
-    folder.mkdir(parents=True, exist_ok=True)
     with undone_if_stopped(undo):
         try:
             yield

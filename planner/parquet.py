@@ -98,6 +98,8 @@ def read_table(path: Path, *, texts: Sequence[str] = ()) -> Any:
         refuse_twice(path, names)
         known = [name for name in texts if name in names]
         return pyarrow.parquet.ParquetFile(path, read_dictionary=known).read()
+    except MemoryError:  # one of pyarrow's exceptions, too
+        raise
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(f"{path}: is no readable Parquet file ({one_line(error)})") from error
 

@@ -11,11 +11,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
-from planner.errors import PlannerError
+from planner.errors import PlannerError, is_short_of_memory
 from planner.interrupts import stopped_by_signals
+from planner.locks import sweep
 from planner.messages import as_line
 
 BAD_INPUT = 2
+UNREAD = 128 + 13  # the reader has gone, as with ``| head``: silence
 
 DESCRIPTION = """\
 Plan the order in which a drone flies the roads so that it finds a vehicle as
@@ -86,18 +88,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     with stopped_by_signals():
         _show_what_cannot_be_encoded()
         words = sys.argv[1:] if argv is None else list(argv)
+        try:
+            return _run(words)
+        except BrokenPipeError:
+            _forget_output()
+            return UNREAD
+        except (PlannerError, OSError, MemoryError) as error:
+            if isinstance(error, OSError):
+                _forget_output()
+            return _refused(error)
+        except ImportError as error:
+            if is_short_of_memory(error):
+                return _refused(MemoryError(str(error)))
+            raise
+
+
+def _run(words: Sequence[str]) -> int:
+    try:
         arguments = parser_for(words).parse_args(words)
         with _log_lines(arguments.verbose):
-            try:
-                run: Callable[[argparse.Namespace], int] = arguments.run
-                code = run(arguments)
-                if sys.stdout is not None:  # it may have been closed from the start
-                    sys.stdout.flush()
-                return code
-            except BrokenPipeError:
-                return _unread()
-            except (PlannerError, OSError, MemoryError) as error:
-                return _refused(error)
+            sweep()
+            run: Callable[[argparse.Namespace], int] = arguments.run
+            code = run(arguments)
+    except SystemExit:  # of --help and --version, which have printed
+        _flush_output()
+        raise
+    _flush_output()
+    return code
+
+
+def _flush_output() -> None:
+    if sys.stdout is not None:  # it may have been closed from the start
+        sys.stdout.flush()
 
 
 def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
@@ -196,6 +218,13 @@ class _Parser(argparse.ArgumentParser):
         fault = f"{command}: {message}" if command else message
         self.exit(BAD_INPUT, f"planner: {as_line(fault)}; see {self.prog} --help\n")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print a message; argparse's own way is silent about an output that takes nothing."""
+        if file is sys.stdout and file is not None:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
+
 
 class _Version(argparse.Action):
     """Prints versions; they are looked up only when asked for."""
@@ -222,10 +251,9 @@ def _refused(error: Exception) -> int:
     return BAD_INPUT
 
 
-def _unread() -> int:
-    """End quietly when the reader has gone, as with ``| head``; Python's own flush included."""
+def _forget_output() -> None:
+    """Have Python's own flush at the end fail no more, where the output takes nothing."""
     sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
-    return 128 + 13
 
 
 class _Once(logging.Filter):

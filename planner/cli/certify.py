@@ -71,14 +71,15 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.session import new_files
     from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan
-    from planner.mission.run_folder import PLAN, open_run, refuse_other_futures
+    from planner.mission.run_folder import PLAN, open_run, refuse_no_run, refuse_other_futures
     from planner.report.sentences import world_line
 
     _check_sets(arguments.sets)
     run_folder: Path = arguments.directory
-    opened, stored = open_run(run_folder)
+    refuse_no_run(run_folder)
     with ExitStack() as stack:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
+        opened, stored = open_run(run_folder)  # which no other command replaces now
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)

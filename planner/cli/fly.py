@@ -50,14 +50,15 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
     from planner.cli.session import new_files, recorded
     from planner.mission.fly import fly
-    from planner.mission.run_folder import FLIGHTS, open_run
+    from planner.mission.run_folder import FLIGHTS, open_run, refuse_no_run
     from planner.report import run_files, tables
 
     _check_route(arguments)
-    opened, stored = open_run(arguments.directory)
+    refuse_no_run(arguments.directory)
     with ExitStack() as stack:
         names = (FLIGHTS,)
         folder = new_files(stack, arguments.directory, names, force=arguments.force)
+        opened, stored = open_run(arguments.directory)  # which no other command replaces now
         seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
         record = partial(_true_targets, arguments=arguments, seed=seed)
         recording = recorded(arguments, opened, "recording true targets", record)

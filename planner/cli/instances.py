@@ -1,7 +1,6 @@
 """The work of `planner compare --instances`: all methods on the frozen instances, one table."""
 
 import argparse
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,6 +14,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance, flown_again, instances_path, read_instances
 from planner.experiments.run import run
 from planner.files import written_whole
+from planner.locks import temporary_folder
 from planner.mission.recorder import Recorder
 from planner.report import experiment_tables
 from planner.search.methods import METHODS
@@ -35,9 +35,7 @@ def compare_on_instances(arguments: argparse.Namespace) -> int:
     instances = read_instances(instances_path())
     conditions = {(one.name, m.name): one.condition(m.name) for one in instances for m in METHODS}
     with ExitStack() as stack:
-        folder = arguments.output or Path(
-            stack.enter_context(tempfile.TemporaryDirectory(prefix="planner-"))
-        )
+        folder = arguments.output or Path(stack.enter_context(temporary_folder()))
         known = _known(instances, arguments.jobs)
         with progress_bar("instances") as progress:
             parts = {folder: [*conditions.values()]}

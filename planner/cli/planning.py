@@ -36,6 +36,7 @@ from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Trial, try_order
 from planner.provenance import provenance
 from planner.report import run_files, sentences, tables
+from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
 from planner.search.stop import AnyOf, Asked, Elapsed
@@ -226,8 +227,8 @@ def _provenance(
         started=watch.started,
         took_s=watch.took_s,
     )
-    record = made_by | {"scenario_path": str(scenario.path.resolve())}
+    record = made_by | paths_in_record("scenario_path", scenario.path, arguments.output)
     if arguments.futures is None:
         return record
-    own = {OWN_FUTURES: str(arguments.futures.resolve()), OWN_BEGIN: arguments.begin}
-    return record | own
+    own = paths_in_record(OWN_FUTURES, arguments.futures, arguments.output)
+    return record | own | {OWN_BEGIN: arguments.begin}

@@ -31,6 +31,9 @@ def console(file: TextIO | None = None) -> "Console":
     class Plain(Console):
         """Writes other people's words without what a terminal obeys."""
 
+        def on_broken_pipe(self) -> None:
+            raise  # within rich's handling of it; the command line ends quietly
+
         def render(self, *what: Any, **how: Any) -> Iterator[Segment]:
             for text, style, control in super().render(*what, **how):
                 shown = text if control else "\n".join(map(plain, text.split("\n")))

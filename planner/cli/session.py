@@ -8,7 +8,7 @@ from pathlib import Path
 from planner.cli.arguments import scenario_overrides
 from planner.cli.progress import progress_bar
 from planner.errors import OutputError
-from planner.files import results_written_whole, written_whole
+from planner.files import alone_in, results_written_whole, written_whole
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario, open_scenario
@@ -28,8 +28,10 @@ def new_files(stack: ExitStack, folder: Path, names: Iterable[str], *, force: bo
     Raises
     ------
     OutputError
-        If one of the named files is there already and may not be replaced.
+        If one of the named files is there already and may not be replaced, or another command
+        is writing there.
     """
+    stack.enter_context(alone_in(folder))
     return stack.enter_context(results_written_whole(folder, tuple(names), force=force))
 
 
@@ -49,7 +51,7 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
         return None
     if path.exists() and not arguments.force:
         raise OutputError(f"{path}: already exists; name another file, or --force to replace it")
-    return stack.enter_context(written_whole(path))
+    return stack.enter_context(written_whole(path, replace=arguments.force))
 
 
 SHORTER = "fewer (--set search.particles=200 --targets 300) take less"

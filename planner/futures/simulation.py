@@ -5,21 +5,23 @@ all others: at constant speed on nets of one lane. Elsewhere a batch is a single
 """
 
 import os
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from planner.errors import InputError, SumoError
+from planner.errors import InputError, SumoError, is_short_of_memory
 from planner.futures.fcd import Samples, read_samples
+from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import MESSAGES, sumo_environment
 
 SLICE_S = 0.2  # of wall time between two answers to Ctrl-C
+LEAST_BYTES = 1 << 20  # free, where SUMO records
 LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1"
 
 
@@ -55,8 +57,7 @@ def simulate(network: RoadNetwork, run: Run) -> Samples:
         With SUMO's own message, or if a vehicle never entered the net.
     """
     sumo_environment()
-    with TemporaryDirectory(prefix="planner-") as folder:
-        work = Path(folder)
+    with temporary_folder() as work:
         # Characters beyond ASCII by their numbers: read alike in every locale.
         routes = "\n".join(_route_file(run)).encode("ascii", "xmlcharrefreplace")
         (work / "routes.xml").write_bytes(routes)
@@ -68,11 +69,18 @@ def simulate(network: RoadNetwork, run: Run) -> Samples:
         try:
             samples = read_samples(work / "fcd.parquet", network)
         except InputError as error:
-            raise SumoError(f"SUMO recorded no motion on {network.given_as}") from error
+            raise SumoError(_no_motion(work, network.given_as)) from error
     missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
     if missing:
         raise SumoError(f"SUMO never let particle {min(missing)} into {network.given_as}")
     return samples
+
+
+def _no_motion(work: Path, net: object) -> str:
+    """Return why SUMO's file is cut: it does not notice when it cannot write."""
+    if shutil.disk_usage(work).free < LEAST_BYTES:
+        return f"no space left in {work.parent} for what SUMO records; set TMPDIR to another folder"
+    return f"SUMO recorded no motion on {net}"
 
 
 def import_libsumo() -> Any:
@@ -82,11 +90,15 @@ def import_libsumo() -> Any:
     ------
     SumoError
         If a shared library is missing, with the command that installs it.
+    MemoryError
+        If there is no room for them.
     """
     sumo_environment()
     try:
         import libsumo
     except ImportError as error:
+        if is_short_of_memory(error):
+            raise MemoryError(str(error)) from error
         raise SumoError(
             f"libsumo cannot be loaded ({error}); install its system libraries, "
             f"on Debian and Ubuntu: apt-get install {LIBRARIES}"

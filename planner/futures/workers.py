@@ -11,7 +11,6 @@ import os
 import pickle
 import subprocess
 import sys
-import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +20,7 @@ from typing import Any, TypeVar
 
 from planner.errors import SumoError
 from planner.interrupts import at_stop
+from planner.locks import temporary_folder
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -86,8 +86,14 @@ def dismiss() -> None:
     _idle.clear()
 
 
+def _kill_all() -> None:
+    """End all processes without waiting for their ends, as is due when the program is stopped."""
+    for worker in list(_all):
+        worker.process.kill()
+
+
 atexit.register(dismiss)
-at_stop(dismiss)
+at_stop(_kill_all)
 
 
 def _team(size: int) -> list["_Worker"]:
@@ -113,11 +119,12 @@ class _Worker:
     """A process and a folder for its temporary files, which goes when it goes."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="planner-", ignore_cleanup_errors=True)
-        self._said = Path(self._folder.name) / "said.txt"
-        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)
+        self._stack = contextlib.ExitStack()
+        folder = self._stack.enter_context(temporary_folder())
+        self._said = folder / "said.txt"
+        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
         with self._said.open("wb") as said:
-            self._process = subprocess.Popen(
+            self.process = subprocess.Popen(
                 [sys.executable, "-c", _program()],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -129,7 +136,7 @@ class _Worker:
 
     @property
     def alive(self) -> bool:
-        return self._process.poll() is None
+        return self.process.poll() is None
 
     def begin(self, function: Callable[[Any], Any]) -> None:
         """Take up a function, in the place of an earlier one."""
@@ -144,12 +151,12 @@ class _Worker:
 
     def kill(self) -> None:
         _all.discard(self)
-        self._process.kill()
-        self._process.wait()
-        self._folder.cleanup()
+        self.process.kill()
+        self.process.wait()
+        self._stack.close()
 
     def _exchange(self, message: Any) -> Any:
-        asked, answered = self._process.stdin, self._process.stdout
+        asked, answered = self.process.stdin, self.process.stdout
         assert asked is not None
         assert answered is not None
         try:
@@ -160,7 +167,7 @@ class _Worker:
             raise SumoError(self._last_words()) from error
 
     def _last_words(self) -> str:
-        code = self._process.wait()
+        code = self.process.wait()
         how = f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
         lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
         said = f": {lines[-1].strip()}" if lines else ""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from planner.errors import InputError
+from planner.errors import InputError, ScenarioError
 from planner.files import RECORD
 from planner.futures.store import Recording
 from planner.guard import read_json
@@ -13,6 +13,7 @@ from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.own_futures import OwnFutures
 from planner.mission.plan_file import StoredPlan, read_plan
 from planner.provenance import sha256_of_file, sha256_of_json
+from planner.scenario.source import there_now
 
 # What `planner plan` and `planner fly` write; a certificate's files are named where it is written.
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
@@ -30,16 +31,30 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     InputError
         If the folder holds no run, its files are broken, or its network is another one now.
     """
+    refuse_no_run(folder)
     record = folder / PROVENANCE
-    if not record.is_file():
-        raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
-    opened = open_scenario(record)
+    try:
+        opened = open_scenario(record)
+    except ScenarioError as error:
+        place = Path(error.source).parent
+        if not place.is_dir():
+            raise InputError(
+                f"{record}: there is no file {error.source} any more, where its scenario lay; "
+                "move it back together with the run, or plan again"
+            ) from error
+        raise
     sha256 = record_of(folder).get("sha256")
     if not isinstance(sha256, dict) or sha256.get("net") != opened.network.sha256:
         raise InputError(
             f"{record}: the plan was made on another network than there is now; plan again"
         )
     return opened, read_plan(folder / PLAN, opened.network)
+
+
+def refuse_no_run(folder: Path) -> None:
+    """Raise InputError unless a folder holds a run."""
+    if not (folder / PROVENANCE).is_file():
+        raise InputError(f"{folder}: holds no run; `planner plan SCENARIO -o {folder}` makes one")
 
 
 def record_of(folder: Path) -> dict[str, Any]:
@@ -72,7 +87,7 @@ def own_futures(folder: Path) -> OwnFutures | None:
         raise InputError(f"{folder / PROVENANCE}: {OWN_FUTURES} is no path; plan again")
     if not (begin_s is None or isinstance(begin_s, int | float)):
         raise InputError(f"{folder / PROVENANCE}: {OWN_BEGIN} is no number; plan again")
-    return OwnFutures(Path(found), begin_s)
+    return OwnFutures(there_now(folder / PROVENANCE, record, OWN_FUTURES), begin_s)
 
 
 def refuse_other_futures(folder: Path, recording: Recording) -> None:

@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner.errors import InputError, SumoError
+from planner.errors import InputError, SumoError, is_short_of_memory
 from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
+from planner.locks import temporary_folder
 
 log = logging.getLogger(__name__)
 
@@ -95,7 +95,7 @@ def plain_names(files: Sequence[Path], folder: Path) -> Iterator[dict[Path, Path
     InputError
         If a file is not what `planner.guard` lets in, or includes one from elsewhere.
     """
-    with TemporaryDirectory(prefix="planner-") as temporary:
+    with temporary_folder() as temporary:
         links: dict[Path, Path] = {}
         for number, file in enumerate(dict.fromkeys(files)):
             root = folder if file.resolve().is_relative_to(folder.resolve()) else file.parent
@@ -161,6 +161,8 @@ def netconvert(
         If netconvert refuses the sources; the text is its own message.
     SumoError
         If netconvert cannot be run or dies.
+    MemoryError
+        If there is no room to run it.
     """
     sumo_environment()
     try:
@@ -179,6 +181,8 @@ def netconvert(
         said = said.replace(str(link), str(file))
     if running.returncode < 0:
         raise SumoError(f"netconvert died of signal {-running.returncode} on {subject}")
+    if running.returncode > 0 and is_short_of_memory(said):
+        raise MemoryError(_reason(said))
     if running.returncode > 0:
         raise InputError(f"{subject}: netconvert refuses it: {_reason(said)}")
     if said.strip():

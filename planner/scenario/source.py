@@ -2,6 +2,7 @@
 
 import copy
 import datetime
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from planner.guard import LARGEST_JSON, kind_of_xml, parsed_json, parsed_toml, r
 from planner.messages import as_written, suggestion
 
 FILE = "scenario.toml"
+FROM_RUN = "_from_run"  # ends the key of a path that starts at the folder of a run
 BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
 CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
 NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
@@ -140,13 +142,45 @@ def _of_run(path: Path) -> tuple[Path, Tables]:
     """Return where the scenario of an earlier run lies, and its tables as that run had them."""
     try:
         record = parsed_json(read_text(path, LARGEST_JSON))
-        return Path(record["scenario_path"]), dict(record["scenario"])
+        return there_now(path, record, "scenario_path"), dict(record["scenario"])
     except InputError:
         raise
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"{path}: does not hold a run's scenario ({error}); give the run.json of a plan"
         ) from error
+
+
+def there_now(run: Path, record: Mapping[str, Any], key: str) -> Path:
+    """Return where a file that a run was made from lies now: as seen from the run, else as it lay.
+
+    Parameters
+    ----------
+    run
+        Its ``run.json``.
+    key
+        Of the absolute path in it.
+
+    Raises
+    ------
+    KeyError, TypeError
+        If the record holds no such path.
+    """
+    absolute = Path(record[key])
+    seen = record.get(key + FROM_RUN)
+    if isinstance(seen, str) and seen.isprintable() and (run.parent / seen).is_file():
+        return (run.parent / seen).resolve()
+    return absolute
+
+
+def paths_in_record(key: str, file: Path, run: Path) -> Tables:
+    """Return what a run's record says of where a file lies: absolute, and as seen from the run."""
+    absolute = file.resolve()
+    try:
+        seen = Path(os.path.relpath(absolute, run.resolve())).as_posix()
+    except ValueError:  # another drive
+        return {key: str(absolute)}
+    return {key: str(absolute), key + FROM_RUN: seen}
 
 
 def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fault]) -> None:
