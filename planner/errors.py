@@ -10,7 +10,7 @@ class PlannerError(Exception):
     """Any fault that a user can mend; its text, one line, says where it lies and what to do."""
 
     def __str__(self) -> str:
-        return plain(super().__str__())
+        return plain(super().__str__().replace("\n", " "))
 
 
 class InputError(PlannerError, ValueError):

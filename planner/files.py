@@ -90,8 +90,8 @@ def results_written_whole(
         earlier = {name for name in names if (folder / name).exists()}
         if earlier and not force:
             raise OutputError(
-                f"{folder}: holds {min(earlier)} already; choose another folder, "
-                "or --force to overwrite it"
+                f"{folder}: holds {min(earlier)} already; --force overwrites it, "
+                "or choose another folder"
             )
         swept(folder)
         with _made(folder), temporary_folder(folder) as new:

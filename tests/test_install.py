@@ -87,6 +87,15 @@ def place(tmp_path: Path) -> Place:
     return place
 
 
+def test_sumo_comes_without_bytecode(place: Place) -> None:
+    wheels = '"eclipse-sumo==1.28.*", "libsumo==1.28.*"'
+    (place.folder / "pyproject.toml").write_text(f"[project]\ndependencies = [{wheels}]\n")
+    done = place.install()
+    assert done.returncode == 0, done.stderr
+    assert place.log() == ["venv", "pip libsumo==1.28.*", "pip ."]
+    assert "compiling the searches" in done.stderr
+
+
 def test_the_second_call_does_nothing(place: Place) -> None:
     first = place.install("dev")
     assert first.returncode == 0, first.stderr

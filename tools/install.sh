@@ -77,10 +77,12 @@ install_packages() {
     say "putting Python packages into .venv: about a minute and 1.7 GB, once"
     .venv/bin/python -m pip --version >/dev/null 2>&1 || .venv/bin/python -m ensurepip >/dev/null
     # SUMO's Python files are many, and hardly one of them is used: no bytecode of them.
-    sumo=$(grep -oE '(eclipse-sumo|libsumo|sumolib)==[0-9.*]+' pyproject.toml | sort -u)
-    # shellcheck disable=SC2086  # a list of words
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile $sumo ||
-        fail "pip failed: see above; run this again when it is mended"
+    sumo=$(grep -oE '(eclipse-sumo|libsumo|sumolib)==[0-9.*]+' pyproject.toml || true)
+    if [ -n "$sumo" ]; then
+        # shellcheck disable=SC2086  # a list of words
+        .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile $sumo ||
+            fail "pip failed: see above; run this again when it is mended"
+    fi
     .venv/bin/python -m pip install --quiet --disable-pip-version-check \
         --editable ".${1:+[$1]}" || fail "pip failed: see above; run this again when it is mended"
 }

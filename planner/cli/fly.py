@@ -19,6 +19,10 @@ EXAMPLES = (
     ("fly runs/first --targets 1000", "when is each one found?"),
     ('fly runs/first --route "r0c0-r0c1 r0c1-r0c2" --target-speed 20', ""),
 )
+OTHER_TARGETS = (
+    "these targets are drawn from the scenario's belief; the plan was made on --futures, "
+    "which may differ"
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
     from planner.cli.session import new_files, recorded
     from planner.mission.fly import fly
-    from planner.mission.run_folder import FLIGHTS, open_run, refuse_no_run
+    from planner.mission.run_folder import FLIGHTS, open_run, own_futures, refuse_no_run
     from planner.report import run_files, tables
 
     _check_route(arguments)
@@ -66,11 +70,12 @@ def run(arguments: argparse.Namespace) -> int:
         run_files.write_flights(folder / FLIGHTS, recording, flown)
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
+    note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
     first: Any = tables.flights_table(flown.evaluation)
     if arguments.route is not None:
         first = run_files.mission_line(flown)
         summary["found"] = bool(flown.evaluation.found[0])
-    print_result(arguments, summary, [first, f"written to {written}"])
+    print_result(arguments, summary, [first, *note, f"written to {written}"])
     return 0
 
 

@@ -12,6 +12,7 @@ from planner.cli.arguments import (
     share,
     span,
 )
+from planner.clock import clock
 from planner.errors import InputError
 from planner.search.methods import METHODS
 
@@ -96,7 +97,9 @@ def _overrides(arguments: argparse.Namespace) -> list[str]:
     """Return the scenario overrides that the command's own options stand for."""
     overrides = objective_overrides(arguments)
     if arguments.begin is not None and arguments.futures is None:
-        raise InputError(f"--begin {arguments.begin:g}: goes with --futures only; leave it out")
+        raise InputError(
+            f"--begin {clock(arguments.begin)}: goes with --futures only; leave it out"
+        )
     if arguments.free:
         if arguments.method != "best":
             raise InputError(f"--free: goes with --method best, not with {arguments.method}")

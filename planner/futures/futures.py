@@ -106,8 +106,8 @@ class Futures(Frozen):
         if not unknown[knot]:
             values += f", after one at {self.time_s[knot - 1]:g} s"
         return (
-            f"particle {self.particle[knot]} has a knot at {values}; times must rise from knot to "
-            "knot, and times and places be finite"
+            f"time_s, x_m, y_m: particle {self.particle[knot]} has a knot at {values}; "
+            "times must rise from knot to knot, and times and places be finite"
         )
 
     def __len__(self) -> int:

@@ -48,6 +48,7 @@ class Column(NamedTuple):
     header: str  # lines are shown one below the other
     rank: int = 0  # those with the greatest go first where there is no room; 0: it always stays
     left: bool = False  # whether its cells stand on the left
+    wraps: bool = False  # whether its cells may be parted between words
 
 
 class FittingTable:
@@ -82,12 +83,16 @@ class FittingTable:
             (*column.header.split("\n"), *(row[k] for row in self.rows))
             for k, column in enumerate(self.columns)
         ]
-        return [max(map(cell_len, some)) for some in cells]
+        parts = [
+            [word for cell in some for word in (cell.split() if column.wraps else [cell])] or [""]
+            for column, some in zip(self.columns, cells, strict=True)
+        ]
+        return [max(map(cell_len, some)) for some in parts]
 
     def _table(self, shown: Sequence[int]) -> "Table":
         table, widths = titled_table(self.title), self._widths()
         for k in shown:
-            header, _, left = self.columns[k]
+            header, _, left, _ = self.columns[k]
             table.add_column(header, justify="left" if left else "right", min_width=widths[k])
         for row in self.rows:
             table.add_row(*(row[k] for k in shown))

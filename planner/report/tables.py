@@ -67,7 +67,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
     table = FittingTable(
         f"{row.method}: {row.roads} roads" if row.roads else row.method,
         (
-            Column("", left=True),
+            Column("", left=True, wraps=True),
             Column(f"{len(row.planned.weight):,} futures\nplanned with", rank=2),
             Column(f"{len(row.evaluated.weight):,}\n{fresh.name}"),
             Column("95 %\ninterval", rank=1),
@@ -87,7 +87,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
     for name, cells, interval in lines:
         kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
-    if fresh.alike:
+    if fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
         table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
     return table
@@ -101,8 +101,9 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     until_s
         The horizon: no road that begins after it is shown, nor are more than ``MOST_ROWS``.
     """
-    ends = (Column("from", rank=1, left=True), Column("to", rank=1, left=True))
-    columns = (Column("#"), Column("road", left=True), *ends, Column("start"), Column("end"))
+    ends = (Column("from", rank=3, left=True), Column("to", rank=3, left=True))
+    times_s = (Column("start", rank=1), Column("end", rank=2))
+    columns = (Column("#"), Column("road", left=True), *ends, *times_s)
     table = FittingTable("roads in the order flown", columns)
     flown = [
         (order, leg)
@@ -126,7 +127,7 @@ def waypoints_table(plan: Plan, until_s: float = math.inf) -> FittingTable:
     until_s
         As ``legs_table`` takes it.
     """
-    columns = [Column(name) for name in ("#", "x (m)", "y (m)", "arrives", "leaves")]
+    columns = [*map(Column, ("#", "x (m)", "y (m)", "arrives")), Column("leaves", rank=1)]
     table = FittingTable("waypoints in the order flown", columns)
     stays = [stay for track in plan.tracks for stay in _stays(track) if stay[2] < until_s]
     for order, (x_m, y_m, from_s, to_s) in enumerate(stays[:MOST_ROWS], 1):

@@ -4,6 +4,7 @@ import copy
 import datetime
 import os
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,7 +24,7 @@ NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
 # What is sometimes given for a scenario, by its root element, and how it is given rightly.
 OTHER_KINDS = {
     "net": "a SUMO net, not a scenario; write a scenario with network = {{ net = {name} }} "
-    '(see "Your own net" in README), or: planner plan SCENARIO -n {name}',
+    '(see "Your own net" in README), or: planner plan SCENARIO -n {place}',
     "osm": "an OpenStreetMap extract, not a scenario; write a scenario with "
     'network = {{ osm = {name} }} (see "Your own net" in README)',
     "": "a file of SUMO's, not a scenario; write a scenario that names the net "
@@ -69,7 +70,9 @@ def scenario_path(place: str | Path) -> Path:
         kind = kind_of_xml(path)
         if kind is not None:
             other = OTHER_KINDS.get(kind, OTHER_KINDS[""])
-            raise InputError(f"{place}: is {other.format(name=as_written(path.name))}")
+            raise InputError(
+                f"{place}: is {other.format(name=as_written(path.name), place=shlex.quote(str(place)))}"
+            )
         return path
     if path.suffix in (".toml", ".json"):
         raise InputError(f"{place}: there is no such file; correct the path")

@@ -38,7 +38,7 @@ def problem_on(
 ) -> Problem:
     nobody = physics_futures(network, [], 0.0, 1.0)
     uav = Uav(x_m=-3000.0, y_m=1000.0, take_off_s=take_off_s, speed_mps=100.0)
-    return Problem(network, futures or nobody, uav, Sensor(5.0), Objective(np.inf))
+    return Problem(network, futures or nobody, uav, Sensor(5.0), Objective(1e9))
 
 
 def planned(planner: object, problem: Problem) -> Plan:

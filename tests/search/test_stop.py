@@ -30,7 +30,7 @@ def test_any_of_several_rules_ends_a_search() -> None:
 def test_a_time_begins_when_its_rule_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = [100.0]
     monkeypatch.setattr("planner.search.stop.time.monotonic", lambda: now_s[0])
-    rule = Elapsed(5.0, since_s=100.0)
+    rule = Elapsed(5.0)
     assert not rule(0)
     now_s[0] = 105.1
     assert rule(0)
