@@ -70,9 +70,9 @@ def scenario_path(place: str | Path) -> Path:
         kind = kind_of_xml(path)
         if kind is not None:
             other = OTHER_KINDS.get(kind, OTHER_KINDS[""])
-            raise InputError(
-                f"{place}: is {other.format(name=as_written(path.name), place=shlex.quote(str(place)))}"
-            )
+            typed = shlex.quote(str(place))
+            is_what = other.format(name=as_written(path.name), place=typed)
+            raise InputError(f"{place}: is {is_what}")
         return path
     if path.suffix in (".toml", ".json"):
         raise InputError(f"{place}: there is no such file; correct the path")
