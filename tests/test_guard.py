@@ -166,4 +166,4 @@ class TestIncludes:
 def test_what_a_terminal_obeys_is_shown() -> None:
     assert plain("a\x1b[31m\n\x9b\u202eb\udcff") == "a\\x1b[31m\\n\\x9b\\u202eb\\udcff"
     assert plain("Straße 東京 [x] \\") == "Straße 東京 [x] \\"
-    assert str(InputError("a\nb\x1b")) == "a\\nb\\x1b"
+    assert str(InputError("a\nb\x1b")) == "a b\\x1b"

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow
@@ -491,7 +492,9 @@ class Running:
 
     def driving(self) -> bool:
         """Whether SUMO drives."""
-        return any(self.temporary.rglob("fcd.parquet"))
+        with suppress(FileNotFoundError):  # folders come and go while they are looked through
+            return any(self.temporary.rglob("fcd.parquet"))
+        return False
 
     def interrupted(self, number: int = signal.SIGINT) -> tuple[Said, float]:
         """Answer to Ctrl-C, and how long it took."""
