@@ -17,6 +17,7 @@ from pathlib import Path
 
 from planner.errors import InputError, OutputError
 from planner.files import cache_root, written_whole
+from planner.locks import is_at, locked
 
 log = logging.getLogger(__name__)
 
@@ -186,14 +187,12 @@ def note_running() -> int | None:
     int or None
         The open file that is locked; None where nothing can be.
     """
-    with suppress(OSError, ImportError):
-        import fcntl
-
+    with suppress(OSError):
         folder = cache_folder(RUNNING)
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"{os.getpid()}-{os.urandom(4).hex()}"
         descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        locked(descriptor)
         return descriptor
     return None
 
@@ -204,7 +203,7 @@ def _oldest_running_s() -> float:
     first_s = time.time()
     for path in cache_folder(RUNNING).glob("*"):
         with suppress(OSError):
-            if mine is not None and os.path.samestat(path.stat(), os.fstat(mine)):
+            if mine is not None and is_at(path, mine):
                 continue
             if _has_ended(path):
                 path.unlink()
@@ -214,13 +213,8 @@ def _oldest_running_s() -> float:
 
 
 def _has_ended(path: Path) -> bool:
-    import fcntl
-
     descriptor = os.open(path, os.O_WRONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
+        return locked(descriptor) is True
     finally:
         os.close(descriptor)
-    return True

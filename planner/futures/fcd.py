@@ -164,27 +164,12 @@ def _on_roads(path: Path, vehicle: Ints, names: Sequence[str], edge: Ints) -> Fl
     out = (rows_off > 0) & (rows_off == rows)
     if out.all():
         raise InputError(f"{path}: all vehicles drive on edges that are not for cars; {ROADS}")
-    if out.any():
-        some = names[int(np.argmax(out))]
-        log.warning(
-            "%s: left out: vehicles that drive on edges only that are not for cars (%d of %d, the "
-            "first %r)",
-            path,
-            out.sum(),
-            count,
-            some,
-        )
+    tell_of(
+        f"{path}: left out: vehicles that drive on edges only that are not for cars", out, names
+    )
     partly = (rows_off > 0) & ~out
-    if partly.any():
-        some = names[int(np.argmax(partly))]
-        log.warning(
-            "%s: taken as unknown: edges that are not for cars, of vehicles that drive on others "
-            "too (%d of %d, the first %r)",
-            path,
-            partly.sum(),
-            count,
-            some,
-        )
+    unknown = "taken as unknown: edges that are not for cars, of vehicles that drive on others too"
+    tell_of(f"{path}: {unknown}", partly, names)
     edge[off] = NO_EDGE
     return np.asarray(~out[vehicle])
 
@@ -217,3 +202,10 @@ def _out_of_junctions(
     on = edge[place]
     end_m = np.where(on == NO_EDGE, np.nan, network.edge_length_m[on])
     return on, np.where(inside, np.where(left, end_m, 0.0), along_m)
+
+
+def tell_of(what: str, which: Flags, names: Sequence[str]) -> None:
+    """Say of which vehicles something is true, (N,), how many they are; nothing if of none."""
+    if which.any():
+        first = names[int(np.argmax(which))]
+        log.warning("%s (%d of %d, the first %r)", what, which.sum(), len(which), first)

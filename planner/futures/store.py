@@ -16,7 +16,7 @@ from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.files import results_written_whole
-from planner.futures.fcd import Samples, samples_of_rows
+from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
@@ -228,13 +228,7 @@ def _of_samples(
     futures, names = futures_of_samples(samples, network), samples.names
     over = futures.end_s < (-np.inf if begin_s is None else begin_s)
     if over.any():
-        log.warning(
-            "%s: left out: vehicles that end before --begin (%d of %d, the first %r)",
-            path,
-            over.sum(),
-            len(over),
-            names[int(np.argmax(over))],
-        )
+        tell_of(f"{path}: left out: vehicles that end before --begin", over, names)
         names = tuple(name for name, left in zip(names, over, strict=True) if not left)
         futures = replace(futures.take(~over), weight=np.full(len(names), 1.0 / len(names)))
     return NamedFutures(futures, names, (np.nan,) * len(names), ("",) * len(names))
