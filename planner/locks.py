@@ -93,8 +93,10 @@ def _owned(parent: Path | None, make: Callable[[Path], object], ending: str) -> 
         path = _new_name(parent, ending)
         with undone_if_stopped(partial(_remove, path)):
             made = make(path)
-            descriptor = made if isinstance(made, int) else os.open(path, os.O_RDONLY)
+            descriptor = made if isinstance(made, int) else None
             try:
+                if descriptor is None:
+                    descriptor = os.open(path, os.O_RDONLY)
                 locked(descriptor, wait=True)
                 if not is_at(path, descriptor):
                     continue  # swept before it was locked
@@ -102,7 +104,8 @@ def _owned(parent: Path | None, make: Callable[[Path], object], ending: str) -> 
                 return
             finally:
                 _remove(path)
-                os.close(descriptor)
+                if descriptor is not None:
+                    os.close(descriptor)
 
 
 def _new_name(parent: Path | None, ending: str) -> Path:
