@@ -35,8 +35,8 @@ _holds_still = threading.Event()  # set while the main thread waits for what com
 def at_stop(undo: Callable[[], object]) -> None:
     """Register what is to be undone if the program is stopped; the last one is undone first.
 
-    It is called from another thread while the main one may hold any lock, so it must wait for
-    none, and it may be called twice.
+    It is called from another thread while the main one may hold any lock, that of imports too, so
+    it must wait for none and import nothing, and it may be called twice.
     """
     _undo.append(undo)
 
@@ -152,9 +152,11 @@ def _kill_descendants() -> None:
 
 def _descendants(process: int) -> list[int]:
     found = []
-    for children in Path(f"/proc/{process}/task").glob("*/children"):
-        with contextlib.suppress(OSError):
-            for child in map(int, children.read_text(encoding="ascii").split()):
+    with contextlib.suppress(OSError):
+        for thread in Path(f"/proc/{process}/task").iterdir():
+            # As bytes: looking a codec up may import it, and the main thread may be at an import.
+            children = (thread / "children").read_bytes()
+            for child in map(int, children.split()):
                 # What clears away after this process ends by itself.
                 if b"resource_tracker" not in Path(f"/proc/{child}/cmdline").read_bytes():
                     found += [child, *_descendants(child)]

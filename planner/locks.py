@@ -19,6 +19,9 @@ from pathlib import Path
 
 from planner.interrupts import at_stop, undone_if_stopped
 
+if sys.platform != "win32":
+    import fcntl
+
 NAME = re.compile(r"\.?planner-(?P<host>[0-9a-f]{8})-[0-9a-f]{12}")
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL
 LONGEST = 32  # characters of an ending, as names have an end
@@ -32,8 +35,6 @@ def locked(descriptor: int, *, shared: bool = False, wait: bool = False) -> bool
     """
     if sys.platform == "win32":
         return None
-    import fcntl
-
     how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
     try:
         fcntl.flock(descriptor, how if wait else how | fcntl.LOCK_NB)
@@ -147,4 +148,10 @@ def _host() -> str:
     return f"{zlib.crc32(socket.gethostname().encode()):08x}"
 
 
-at_stop(sweep)  # what processes of our own leave that are killed with this one
+def _sweep_at_stop() -> None:
+    """Remove what processes of our own leave that are killed with this one."""
+    if tempfile.tempdir is not None:  # else it was never asked for, and to ask takes a lock
+        sweep(Path(tempfile.tempdir))
+
+
+at_stop(_sweep_at_stop)

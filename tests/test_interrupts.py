@@ -144,3 +144,33 @@ def test_a_second_ctrl_c_writes_neither(tmp_path: Path) -> None:
         _, told = search.communicate(timeout=120)
         assert search.returncode == 128 + signal.SIGINT, told
     assert not folder.exists()
+
+
+IMPORTING = """
+import _imp, sys, time
+from planner import locks
+from planner.interrupts import stopped_by_signals
+with stopped_by_signals(), locks.temporary_folder() as folder:
+    _imp.acquire_lock()  # as every import does for a moment
+    print(folder, flush=True)
+    time.sleep(60)
+"""
+
+
+def test_ctrl_c_in_the_midst_of_an_import() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", IMPORTING],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heard,
+    )
+    assert process.stdout is not None
+    folder = Path(process.stdout.readline().strip())
+    assert folder.is_dir()
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert time.monotonic() - begun < 3
+    assert (process.returncode, err) == (130, "planner: stopped; nothing is half-written\n")
+    assert not folder.exists()
