@@ -1,10 +1,10 @@
-"""The ways through junctions: their length and speed, and when their signals let cars pass."""
+"""Lanes, ways through junctions, and when their signals let cars pass, as columns."""
 
 import math
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cache, lru_cache
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import BadZipFile
@@ -16,14 +16,12 @@ from planner.cache import cache_folder, is_whole, seal
 from planner.checked import finite, lengths, offsets
 from planner.errors import InputError
 from planner.files import written_whole
-from planner.guard import elements_in
+from planner.network.links import NO_SIGNAL, Lane, NetFile, Program, idle_cycle, read_links
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import CAR
 
 SIGNALS_VERSION = 1  # goes into the name of kept columns: raise it when their meaning changes
 IN_MEMORY = 8  # networks whose signals a process keeps
 LONGEST_S = 3600  # of a cycle that is heeded
-ELEMENTS = re.compile(rb"<(?:connection|tlLogic|phase|lane)[\s/>]")
 STOP, YIELD, GO = 0, 1, 2  # what a signal shows: red or amber, green for who gives way, green
 SHOWN = {"G": GO, "O": GO, "g": YIELD, "o": YIELD, "s": YIELD}
 MINOR = "m=sw"  # states of links without a signal that give way
@@ -32,15 +30,22 @@ SLOWEST_MPS = 1.0  # on a way through a junction
 
 @dataclass(frozen=True, eq=False)
 class Signals(Frozen):
-    """What a car meets at each of a network's turns, (T,) as ``RoadNetwork.turn_edge``."""
+    """What a car meets on E edges and at T turns, which are counted as ``RoadNetwork`` does.
+
+    Lines are the E lanes that a car drives on, one per edge and the rightmost it may use, and then
+    the T ways through junctions.
+    """
 
     first_second: Offsets  # (T + 1,) where a turn's seconds start in shows; none: no signal
-    shows: Ints  # (S,) STOP, YIELD or GO in each second of the signal's cycle
+    shows: Ints  # (S,) STOP, YIELD or GO in each second of a cycle in which no car comes
     offset_s: Ints  # (T,) seconds by which a cycle begins later than SUMO's second 0
-    actuated: Flags  # (T,) whether detectors prolong its phases; those given are then nominal
+    cycle_s: Ints  # (T,) seconds of a cycle as the program states it; 0: no signal
+    actuated: Flags  # (T,) whether detectors prolong its phases
     minor: Flags  # (T,) whether one gives way there, without a signal
-    through_m: Floats  # (T,) metres through the junction
-    through_mps: Floats  # (T,) speed limit there
+    first_point: Offsets  # (E + T + 1,) where a line's points start
+    xy_m: Floats  # (P, 2) metres
+    length_m: Floats  # (E + T,) metres, as SUMO drives a line
+    limit_mps: Floats  # (E + T,) speed limit
 
     def __post_init__(self) -> None:
         freeze(
@@ -48,23 +53,22 @@ class Signals(Frozen):
             first_second=np.int64,
             shows=np.uint8,
             offset_s=np.int32,
+            cycle_s=np.int32,
             actuated=np.bool_,
             minor=np.bool_,
-            through_m=np.float64,
-            through_mps=np.float64,
+            first_point=np.int64,
+            xy_m=np.float64,
+            length_m=np.float64,
+            limit_mps=np.float64,
         )
-        turns = len(self.through_m)
-        ways = {"through_m": self.through_m, "through_mps": self.through_mps}
-        lengths(turns, offset_s=self.offset_s, actuated=self.actuated, minor=self.minor, **ways)
+        turns, lines = len(self.minor), len(self.length_m)
+        lengths(turns, offset_s=self.offset_s, cycle_s=self.cycle_s, actuated=self.actuated)
         offsets("first_second", self.first_second, turns, len(self.shows))
-        finite(**ways)
-        if not (np.all(self.through_m >= 0.0) and np.all(self.through_mps >= SLOWEST_MPS)):
-            raise InputError("through_m, through_mps: ways through junctions lack length or speed")
-
-    @property
-    def cycle_s(self) -> Ints:
-        """Seconds of each turn's cycle, (T,); 0 where there is no signal."""
-        return np.diff(self.first_second)
+        offsets("first_point", self.first_point, lines, len(self.xy_m))
+        lengths(lines, limit_mps=self.limit_mps)
+        finite(xy_m=self.xy_m, length_m=self.length_m, limit_mps=self.limit_mps)
+        if not (np.all(self.length_m >= 0.0) and np.all(self.limit_mps > 0.0)):
+            raise InputError("length_m, limit_mps: a lane has no length, or nobody may drive there")
 
 
 def signal_cycle_s(network: RoadNetwork) -> int:
@@ -79,7 +83,7 @@ def signal_cycle_s(network: RoadNetwork) -> int:
 
 @lru_cache(IN_MEMORY)
 def signals_of(network: RoadNetwork) -> Signals:
-    """Return the signals and ways through junctions of a network, read once and kept.
+    """Return the lanes, ways through junctions and signals of a network, read once and kept.
 
     Raises
     ------
@@ -88,7 +92,7 @@ def signals_of(network: RoadNetwork) -> Signals:
     """
     kept = cache_folder("nets") / f"{network.sha256[:32]}.signals{SIGNALS_VERSION}.npz"
     columns = _load(kept) if is_whole(kept) else None
-    if columns is None or len(columns["through_m"]) != len(network.turn_edge):
+    if columns is None or len(columns["minor"]) != len(network.turn_edge):
         columns = _read(network.path, network)
         with written_whole(kept) as new, new.open("wb") as file:
             np.savez(file, **columns)
@@ -104,140 +108,88 @@ def _load(path: Path) -> dict[str, Any] | None:
         return None
 
 
-class _Lane(NamedTuple):
-    """A lane, of a road or within a junction."""
+class _Turn(NamedTuple):
+    """A turn of the network."""
 
-    length_m: float
-    limit_mps: float
-    for_cars: bool
-
-
-class _Program(NamedTuple):
-    """What a signal shows to its links."""
-
+    shows: Ints
     offset_s: int
+    cycle_s: int
     actuated: bool
-    phases: list[tuple[float, str]]  # seconds, and a letter for each link
-
-
-class _File(NamedTuple):
-    """What a net's file says of lanes, links and signals."""
-
-    lanes: dict[str, _Lane]
-    links: dict[tuple[str, str], dict[str, str]]  # from edge to edge, the first one for cars
-    onward: dict[str, str]  # from a lane within a junction to the next one there
-    programs: dict[str, _Program]
+    minor: bool
+    line: Lane
 
 
 def _read(path: Path, network: RoadNetwork) -> dict[str, Any]:
     try:
-        file = _parsed(elements_in(path, ELEMENTS))
-        ways = [_way(file, *names, limit) for names, limit in _named_turns(network)]
-    except (ValueError, KeyError, IndexError, OverflowError) as error:
+        file = read_links(path)
+        shown = _shown_by(file)
+        turns = [_turn(file, shown, *names) for names in _names(network)]
+        lines = [file.car_lane[edge] for edge in network.edge_ids] + [turn.line for turn in turns]
+    except (ValueError, LookupError, OverflowError) as error:
         raise InputError(
-            f"{network.given_as}: its signals or links cannot be read ({error!r}); "
+            f"{network.given_as}: its lanes, links or signals cannot be read ({error!r}); "
             "give a .net.xml that netconvert or netedit wrote"
         ) from error
     return {
-        "first_second": np.cumsum([0, *(len(way.shows) for way in ways)]),
-        "shows": np.concatenate([np.zeros(0, np.uint8), *(way.shows for way in ways)]),
-        "offset_s": np.array([way.offset_s for way in ways], dtype=np.int32),
-        "actuated": np.array([way.actuated for way in ways], dtype=bool),
-        "minor": np.array([way.minor for way in ways], dtype=bool),
-        "through_m": np.array([way.length_m for way in ways], dtype=np.float64),
-        "through_mps": np.array([way.limit_mps for way in ways], dtype=np.float64),
+        "first_second": _offsets([turn.shows for turn in turns]),
+        "shows": np.concatenate([np.zeros(0, np.uint8), *(turn.shows for turn in turns)]),
+        "offset_s": np.array([turn.offset_s for turn in turns], dtype=np.int32),
+        "cycle_s": np.array([turn.cycle_s for turn in turns], dtype=np.int32),
+        "actuated": np.array([turn.actuated for turn in turns], dtype=bool),
+        "minor": np.array([turn.minor for turn in turns], dtype=bool),
+        "first_point": _offsets([line.xy_m for line in lines]),
+        "xy_m": np.concatenate([line.xy_m for line in lines]),
+        "length_m": np.array([line.length_m for line in lines], dtype=np.float64),
+        "limit_mps": np.array([line.limit_mps for line in lines], dtype=np.float64),
     }
 
 
-def _named_turns(network: RoadNetwork) -> Iterator[tuple[tuple[str, str], float]]:
-    """Yield the two edges of each turn, and the lower of their limits."""
+def _offsets(parts: Sequence[Any]) -> Offsets:
+    return np.cumsum([0, *map(len, parts)])
+
+
+def _names(network: RoadNetwork) -> Iterator[tuple[str, str]]:
+    """Yield the two edges of each turn."""
     left = np.repeat(np.arange(len(network.edge_ids)), np.diff(network.first_turn))
-    limits = np.minimum(network.edge_limit_mps[left], network.edge_limit_mps[network.turn_edge])
-    for start, end, limit in zip(left, network.turn_edge, limits, strict=True):
-        yield (network.edge_ids[start], network.edge_ids[end]), float(limit)
+    for start, end in zip(left.tolist(), network.turn_edge.tolist(), strict=True):
+        yield network.edge_ids[start], network.edge_ids[end]
 
 
-class _Way(NamedTuple):
-    """One turn of the network."""
-
-    shows: Ints
-    offset_s: int
-    actuated: bool
-    minor: bool
-    length_m: float
-    limit_mps: float
-
-
-NO_SIGNAL = _Program(0, False, [])
-
-
-def _way(file: _File, start: str, end: str, limit_mps: float) -> _Way:
+def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
     link = file.links.get((start, end), {})
-    length_m, via = 0.0, link.get("via")
-    passed: set[str] = set()
-    while via is not None and via in file.lanes and via not in passed:
-        passed.add(via)
-        length_m += file.lanes[via].length_m
-        limit_mps = min(limit_mps, file.lanes[via].limit_mps)
-        via = file.onward.get(via)
     program = file.programs.get(link.get("tl", ""), NO_SIGNAL)
-    shows = _seconds(program, int(link.get("linkIndex", "0")))
-    minor = not len(shows) and link.get("state", "M") in MINOR
-    limit_mps = max(limit_mps, SLOWEST_MPS)
-    return _Way(shows, program.offset_s, program.actuated, minor, length_m, limit_mps)
+    shows = shown(link.get("tl", ""), int(link.get("linkIndex", "0")))
+    cycle_s = min(max(round(sum(phase.lasts_s for phase in program.phases)), 1), LONGEST_S)
+    return _Turn(
+        shows,
+        program.offset_s,
+        cycle_s if len(shows) else 0,
+        program.actuated,
+        not len(shows) and link.get("state", "M") in MINOR,
+        _line(file.through(link), file.car_lane[start], file.car_lane[end]),
+    )
 
 
-def _seconds(program: _Program, link: int) -> Ints:
-    """Return what a link is shown in each second of a cycle; nothing if it never stops there."""
-    ends_s = np.cumsum([lasts for lasts, _ in program.phases])
-    seconds = np.arange(min(round(ends_s[-1]), LONGEST_S) if len(ends_s) else 0)
-    shown = np.array([SHOWN.get(state[link], STOP) for _, state in program.phases], dtype=np.uint8)
-    shows = shown[np.searchsorted(ends_s, seconds, side="right")] if len(seconds) else shown[:0]
-    # A link that is never let pass is one that detectors, or another program, would open.
-    return shows if np.any(shows != STOP) else shows[:0]
+def _line(lanes: Sequence[Lane], before: Lane, after: Lane) -> Lane:
+    """Return the way over some lanes of a junction as one; there may be none."""
+    ends = np.stack([before.xy_m[-1], after.xy_m[0]])
+    points = np.concatenate([lane.xy_m for lane in lanes]) if lanes else ends
+    limit_mps = min(lane.limit_mps for lane in lanes or (before, after))
+    length_m = sum(lane.length_m for lane in lanes)
+    return Lane(length_m, max(limit_mps, SLOWEST_MPS), True, points)
 
 
-def _parsed(elements: Iterable[tuple[str, Mapping[str, str]]]) -> _File:
-    lanes: dict[str, _Lane] = {}
-    programs: dict[str, _Program] = {}
-    connections: list[dict[str, str]] = []
-    last = NO_SIGNAL
-    for name, said in elements:
-        if name == "lane":
-            lanes[said["id"]] = _lane(said)
-        elif name == "tlLogic":
-            # SUMO runs the program that was read last.
-            last = _Program(_offset_s(said), said.get("type", "static") != "static", [])
-            programs[said["id"]] = last
-        elif name == "phase":
-            last.phases.append((max(float(said["duration"]), 0.0), said["state"]))
-        else:
-            connections.append(dict(said))
-    return _File(lanes, *_links(connections, lanes), programs)
+def _shown_by(file: NetFile) -> Any:
+    """Return a function from a signal and a link to what it shows in each second of a cycle."""
 
+    @cache
+    def letters(signal: str) -> tuple[str, ...]:
+        program: Program = file.programs.get(signal, NO_SIGNAL)
+        return tuple(islice(idle_cycle(program), LONGEST_S))
 
-def _lane(said: Mapping[str, str]) -> _Lane:
-    allowed = said.get("allow", "all").split()
-    barred = said.get("disallow", "").split()
-    for_cars = CAR in allowed or ("all" in allowed and not {CAR, "all"} & set(barred))
-    return _Lane(float(said["length"]), float(said["speed"]), for_cars)
+    def shown(signal: str, link: int) -> Ints:
+        shows = np.array([SHOWN.get(state[link], STOP) for state in letters(signal)], np.uint8)
+        # A link that is never let pass is one that detectors, or another program, would open.
+        return shows if np.any(shows != STOP) else shows[:0]
 
-
-def _offset_s(said: Mapping[str, str]) -> int:
-    offset = said.get("offset", "0")
-    return 0 if offset == "begin" else round(float(offset))
-
-
-def _links(
-    connections: Sequence[dict[str, str]], lanes: Mapping[str, _Lane]
-) -> tuple[dict[tuple[str, str], dict[str, str]], dict[str, str]]:
-    links: dict[tuple[str, str], dict[str, str]] = {}
-    onward: dict[str, str] = {}
-    for said in connections:
-        start, end = f"{said['from']}_{said['fromLane']}", f"{said['to']}_{said['toLane']}"
-        if said["from"].startswith(":"):
-            if "via" in said:
-                onward[start] = said["via"]
-        elif lanes[start].for_cars and lanes[end].for_cars:
-            links.setdefault((said["from"], said["to"]), said)
-    return links, onward
+    return shown

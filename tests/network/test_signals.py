@@ -53,7 +53,9 @@ def test_all_is_as_sumolib_reads_it(network: object) -> None:
             *_, program = net.getTLS(link.getTLSID()).getPrograms().values()
             for phase in program.getPhases():
                 letter = phase.state[link.getTLLinkIndex()]
-                said += [letters.get(letter, STOP)] * int(phase.duration)
+                actuated = program.getType() == "actuated"
+                lasts_s = phase.minDur if actuated and phase.minDur >= 0 else phase.duration
+                said += [letters.get(letter, STOP)] * int(lasts_s)
             assert found.actuated[turn] == (program.getType() == "actuated")
         assert shows.tolist() == (said if any(said) else [])
         assert found.minor[turn] == (not link.getTLSID() and link.getState() in "m=sw")
@@ -61,7 +63,7 @@ def test_all_is_as_sumolib_reads_it(network: object) -> None:
         while via:
             length_m += net.getLane(via).getLength()
             via = next((c.getViaLaneID() for c in net.getLane(via).getOutgoing()), "")
-        assert found.through_m[turn] == pytest.approx(length_m)
+        assert found.length_m[len(roads.edge_ids) + turn] == pytest.approx(length_m)
 
 
 def test_the_cycle_is_that_of_all_signals(tmp_path: Path) -> None:
@@ -108,5 +110,7 @@ def test_a_second_reading_is_the_first(empty_cache: Path) -> None:
 
 def test_a_number_that_is_none_is_said(tmp_path: Path) -> None:
     network = changed(tmp_path, r'<phase duration="\d+"', '<phase duration="long"')
-    with pytest.raises(InputError, match=r"changed\.net\.xml: its signals or links cannot be read"):
+    with pytest.raises(
+        InputError, match=r"changed\.net\.xml: its lanes, links or signals cannot be read"
+    ):
         signals_of(network)
