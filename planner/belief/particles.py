@@ -29,10 +29,14 @@ class Particles(Frozen):
     driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    # (N,) second of the signals' cycle at which the particle starts; left out: 0
+    phase_s: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
         if len(self.target) == 0:
             object.__setattr__(self, "target", np.zeros(np.size(self.weight)))
+        if len(self.phase_s) == 0:
+            object.__setattr__(self, "phase_s", np.zeros(np.size(self.weight)))
         freeze(
             self,
             weight=np.float64,
@@ -44,9 +48,11 @@ class Particles(Frozen):
             seed=np.int64,
             gone=np.bool_,
             target=np.int32,
+            phase_s=np.int32,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
-        count = same_length(weight=self.weight, gone=self.gone, target=self.target, **columns)
+        columns |= {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
+        count = same_length(weight=self.weight, **columns)
         edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
         offsets("first_edge", self.first_edge, count, edges)
         finite(start_m=self.start_m, depart_s=self.depart_s, speed_mps=self.speed_mps)
