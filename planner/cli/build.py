@@ -53,6 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         "nodes": len(network.node_ids),
         "roads": len(network.road_ids),
         "length_km": float(network.road_length_m.sum()) / 1000,
+        **network.credit,
     }
     print_result(arguments, summary, summary_lines(summary))
     return 0

@@ -227,6 +227,7 @@ def _provenance(
         started=watch.started,
         took_s=watch.took_s,
     )
+    made_by |= opened.network.credit
     record = made_by | paths_in_record("scenario_path", scenario.path, arguments.output)
     if arguments.futures is None:
         return record

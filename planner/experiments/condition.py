@@ -2,16 +2,20 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from planner.errors import InputError
 from planner.experiments.target_set import TargetSet
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import FRESH_TARGETS
+from planner.scenario.draft import read_draft
 
+OF_NET = "network"  # begins the keys that decide on the network
 ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
 
 
@@ -64,3 +68,15 @@ class Condition:
             **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
             **({"study": self.study} if self.study else {}),
         }
+
+
+def credit_of(conditions: Iterable[Condition]) -> dict[str, str]:
+    """Return whose data the networks of conditions are, as files hold it; see `RoadNetwork`."""
+    # Conditions differ in a hundred keys, but hardly ever in their network.
+    about = {(c.place, c.preset, tuple(o for o in c.overrides if OF_NET in o)) for c in conditions}
+    credits: dict[str, None] = {}
+    for place, preset, overrides in sorted(about, key=repr):
+        with suppress(InputError):  # the condition has reported why
+            network = read_draft(place, preset=preset, overrides=overrides).network
+            credits |= {network.credit: None} if network and network.credit else {}
+    return {"attribution": "; ".join(credits)} if credits else {}

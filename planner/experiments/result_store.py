@@ -12,6 +12,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.run_condition import Outcome, reason_of
 from planner.files import write_json
 from planner.guard import parsed_json
+from planner.network.read import source_files
 from planner.provenance import versions
 from planner.scenario.draft import read_scenario
 
@@ -87,10 +88,10 @@ class ResultStore:
             scenario = read_scenario(
                 condition.place, preset=condition.preset, overrides=condition.settings
             )
+            named = sorted(source_files(scenario.network, scenario.folder).items())
         except PlannerError as error:
             return _digest([reason_of(error), *self._made_by])
-        named = sorted(scenario.network.files.items())
-        files = [self._file_digest(scenario.folder / file) for _, file in named]
+        files = [self._file_digest(file) for _, file in named]
         return _digest([json.dumps(scenario.as_dict(), sort_keys=True), *files, *self._made_by])
 
     def _file_digest(self, path: Path) -> str:

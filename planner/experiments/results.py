@@ -79,8 +79,16 @@ def _known(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in figures.items() if name in FIGURES}
 
 
-def write_results(out: Path, rows: Sequence[Row], metrics: Sequence[str] = ()) -> None:
-    """Write ``results.csv`` and ``results.parquet``, of the figures these metrics, all if none."""
+def write_results(
+    out: Path, rows: Sequence[Row], metrics: Sequence[str] = (), credit: Mapping[str, str] = {}
+) -> None:
+    """Write ``results.csv`` and ``results.parquet``, of the figures these metrics, all if none.
+
+    Parameters
+    ----------
+    credit
+        Whose data the networks are, for the table's metadata.
+    """
     left_out = {name for name in METRICS if metrics and name not in metrics}
     rows = [{name: row[name] for name in row if name not in left_out} for row in rows]
     names = list(dict.fromkeys(name for row in rows for name in row))
@@ -90,7 +98,7 @@ def write_results(out: Path, rows: Sequence[Row], metrics: Sequence[str] = ()) -
         table.writerows(rows)
     columns = {name: [row.get(name) for row in rows] for name in names}
     made_by = json.dumps(versions(), sort_keys=True)
-    described = {"schema": SCHEMA, "units": UNITS, "versions": made_by}
+    described = {"schema": SCHEMA, "units": UNITS, "versions": made_by, **credit}
     write_table(out / RESULTS, {name: _column(name, columns[name]) for name in names}, described)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError, PlannerError
-from planner.experiments.condition import Condition
+from planner.experiments.condition import Condition, credit_of
 from planner.experiments.processes import Done, RunCondition, in_processes
 from planner.experiments.result_store import ResultStore
 from planner.experiments.results import Row, rows_of, write_results, write_timings
@@ -118,7 +118,8 @@ class _RunningExperiment:
     def written(self) -> Results:
         """Write the table of all conditions."""
         rows = [row for one in self.conditions for row in rows_of(one, self.figures[one.id] or {})]
-        write_results(self.store.folder, rows, self.conditions[0].metrics)
+        metrics, credit = self.conditions[0].metrics, credit_of(self.conditions)
+        write_results(self.store.folder, rows, metrics, credit)
         times = [self.store.timing(one) for one in self.conditions]
         write_timings(self.store.folder, [one.id for one in self.conditions], times)
         return Results(tuple(rows), self.run, self.figures)

@@ -1,5 +1,6 @@
 """A plan as something to look at in sumo-gui: an additional file of lines and numbers."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -31,6 +32,10 @@ def write_overlay(path: Path, plan: Plan, network: RoadNetwork) -> None:
     root = ElementTree.Element("additional")
     root.set("xmlns:xsi", INSTANCE)
     root.set("xsi:noNamespaceSchemaLocation", SCHEMA)
+    if network.attribution:
+        # Two hyphens would end the comment.
+        said = re.sub("-(?=-)", "- ", network.attribution)
+        root.append(ElementTree.Comment(f" {said} "))
     size_m = float(np.ptp(network.node_xy_m, axis=0).max())
     for uav, track in enumerate(plan.tracks):
         if len(track.time_s):

@@ -92,6 +92,7 @@ def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str
         "sumo_version": sumo_version(),
         "net_sha256": network.sha256,
         "scenario": json.dumps(scenario, sort_keys=True),
+        **network.credit,
     }
 
 

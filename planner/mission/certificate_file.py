@@ -193,15 +193,15 @@ def write_certificate(
     content: dict[str, Any],
 ) -> None:
     """Write prices, particles and net, and the plan with its certificate as plain data."""
-    futures = problem.futures
+    futures, credit = problem.futures, problem.network.credit
     proof = sorted(certificate.proof.items())
     prices = {
         "flight": nested([prefix for prefix, _ in proof], "int64"),
         "price": nested([price for _, price in proof], "float64"),
     }
-    write_table(folder / PRICES, prices, {"unit": "reward"})
-    write_table(folder / WEIGHTS, {"weight": futures.weight}, {})
-    write_table(folder / MOTION, _motion_columns(futures), {})
+    write_table(folder / PRICES, prices, {"unit": "reward", **credit})
+    write_table(folder / WEIGHTS, {"weight": futures.weight}, credit)
+    write_table(folder / MOTION, _motion_columns(futures), credit)
     write_json(folder / NET, net_content(problem.network))
     plan = read_json(plan_file)
     write_json(folder / plan_file.name, plan | {"certificate": content})
@@ -299,4 +299,4 @@ def net_content(net: RoadNetwork) -> dict[str, Any]:
     for road in range(len(net.road_ids)):
         a, b, shape = int(net.road_from[road]), int(net.road_to[road]), net.shape(road).tolist()
         roads += [(a, b, shape), (b, a, shape[::-1])]
-    return {"node_xy_m": net.node_xy_m.tolist(), "roads": roads}
+    return {**net.credit, "node_xy_m": net.node_xy_m.tolist(), "roads": roads}

@@ -13,7 +13,7 @@ from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
-from planner.network.read import open_network
+from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
@@ -101,6 +101,11 @@ def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]
 
 def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
     if draft.network is None or any(fault.is_about("network") for fault in faults):
+        return None
+    try:
+        source_files(draft.network, draft.folder)
+    except InputError as error:
+        faults.append(Fault("network.net", str(error)))
         return None
     try:
         return open_network(draft.network, draft.folder)

@@ -56,6 +56,7 @@ def plan_content(
     """
     return {
         "schema": SCHEMA,
+        **network.credit,
         "method": plan.method,
         "uavs": [
             {

@@ -17,8 +17,8 @@ from planner.errors import InputError
 from planner.files import written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
-from planner.network.sumo import CAR, STUMBLES, parse_net
-from planner.scenario.sections import NetworkSection
+from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
+from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
 COLUMNS_VERSION = 3
@@ -57,25 +57,41 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
     InputError
         If a source is missing, broken or without roads for cars.
     """
-    if section.net is not None:
-        return read_net(folder / section.net)
-    if section.osm is not None:
-        osm = folder / section.osm
-        return read_net(import_osm(osm), source=osm)
-    if section.nodes is None or section.edges is None:
+    files, credit = source_files(section, folder), section.credit
+    if "net" in files:
+        return read_net(files["net"], attribution=credit)
+    if "osm" in files:
+        return read_net(import_osm(files["osm"]), source=files["osm"], attribution=credit)
+    if "nodes" not in files or "edges" not in files:
         raise InputError(f"{folder}: the network needs nodes and edges, or net, or osm")
     net = build_net(
-        folder / section.nodes,
-        folder / section.edges,
-        connections=None if section.connections is None else folder / section.connections,
-        signals=None if section.signals is None else folder / section.signals,
+        files["nodes"],
+        files["edges"],
+        connections=files.get("connections"),
+        signals=files.get("signals"),
         abstract=section.abstract,
         folder=folder,
     )
-    return read_net(net, source=folder / section.edges)
+    return read_net(net, source=files["edges"], attribution=credit)
 
 
-def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
+def source_files(section: NetworkSection, folder: Path) -> dict[str, Path]:
+    """Return where the files lie that a scenario names as its network's, by key.
+
+    Raises
+    ------
+    InputError
+        If one should come with SUMO and does not.
+    """
+    return {
+        key: sumo_file(name.removeprefix(OF_SUMO))
+        if key == "net" and name.startswith(OF_SUMO)
+        else folder / name
+        for key, name in section.files.items()
+    }
+
+
+def read_net(path: Path, *, source: Path | None = None, attribution: str = "") -> RoadNetwork:
     """Return the roads of a ``.net.xml`` that a passenger car may use, in the file's order.
 
     Every edge is a road; its polyline runs from node to node. What was read is kept
@@ -85,6 +101,8 @@ def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
     ----------
     source
         The file that the user gave, if another one, for messages.
+    attribution
+        Whose data it is, for all that is made from it.
 
     Raises
     ------
@@ -97,18 +115,20 @@ def read_net(path: Path, *, source: Path | None = None) -> RoadNetwork:
         raise InputError(
             f"{path}: cannot be read ({error.strerror or error}); give a SUMO .net.xml"
         ) from error
-    return _network(path, sha256, source or path)
+    return _network(path, sha256, source or path, attribution)
 
 
 @lru_cache(IN_MEMORY)
-def _network(path: Path, sha256: str, source: Path) -> RoadNetwork:
+def _network(path: Path, sha256: str, source: Path, attribution: str) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
     columns = _load(kept) if is_whole(kept) else None
     if columns is None:
         columns = _sound_columns(path, source)
         _save(kept, columns)
         seal(kept)
-    network = RoadNetwork(**columns, path=path, sha256=sha256, source=source)
+    network = RoadNetwork(
+        **columns, path=path, sha256=sha256, source=source, attribution=attribution
+    )
     _refuse_other_units(network, source)
     return network
 

@@ -42,6 +42,7 @@ class RoadNetwork(Frozen):
     turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
     closed_edge_ids: tuple[str, ...] = ()  # of edges that no car may use, which have no index
     source: Path | None = None  # the file that the user gave, if it is not ``path``
+    attribution: str = ""  # whose data it is: what all that is made from it has to say
 
     def __post_init__(self) -> None:
         if len(self.half_width_m) == 0:
@@ -121,6 +122,11 @@ class RoadNetwork(Frozen):
     def given_as(self) -> Path:
         """The file that messages name: the user's own."""
         return self.source or self.path
+
+    @property
+    def credit(self) -> dict[str, str]:
+        """Whose data it is, as files hold it: an entry, or none where nothing has to be said."""
+        return {"attribution": self.attribution} if self.attribution else {}
 
     @cached_property
     def closed_edges(self) -> frozenset[str]:

@@ -52,6 +52,27 @@ def sumo_version() -> str:
         ) from None
 
 
+def sumo_file(name: str) -> Path:
+    """Return a file that comes with SUMO, by its path below SUMO's folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it lies elsewhere.
+    SumoError
+        If SUMO is missing.
+    """
+    path = sumo_home() / name
+    if ".." in Path(name).parts or not path.resolve().is_relative_to(sumo_home().resolve()):
+        raise InputError(f"{name}: is not below SUMO's folder, {sumo_home()}; correct the path")
+    if not path.is_file():
+        raise InputError(
+            f"SUMO {sumo_version()} holds no file {name} here (below {sumo_home()}); correct the "
+            "path, or install eclipse-sumo again if it should be there"
+        )
+    return path
+
+
 def sumo_environment() -> None:
     """Point this process and its children to SUMO's own data, whatever the user has set.
 

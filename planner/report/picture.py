@@ -2,6 +2,7 @@
 
 import logging
 import re
+import textwrap
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -87,7 +88,8 @@ def plan_picture(
         If the file cannot be written.
     """
     seen_at = next(iter(evaluations.values())).seen_at
-    with _figure(path, (12.8, 6.9), title) as figure:
+    attribution = problem.network.attribution
+    with _figure(path, (12.8, 6.9), title, attribution) as figure:
         _draw_plan(_axes(figure, 0.65, 0.6, 5.45, 5.45), problem, plan)
         curves = _axes(figure, 6.9, 2.75, 5.75, 3.3)
         draw_curves(curves, problem, plan, evaluations)
@@ -110,7 +112,7 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
     roads = network.edge_road[state.edge[known]]
     probability = np.zeros(len(network.road_ids))
     np.add.at(probability, roads, state.weight[known])
-    with _figure(path, (7.6, 6.9), title) as figure:
+    with _figure(path, (7.6, 6.9), title, network.attribution) as figure:
         axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
         view = View.of(network)
         _colour_roads(axes, network, view, probability, _axes(figure, 6.4, 1.3, 0.16, 4.0))
@@ -124,17 +126,22 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
 
 
 @contextmanager
-def _figure(path: Path, size_inch: tuple[float, float], title: str) -> Iterator["Figure"]:
-    """Give an empty figure that is written whole at the end, whatever the user's own style."""
+def _figure(
+    path: Path, size_inch: tuple[float, float], title: str, attribution: str
+) -> Iterator["Figure"]:
+    """Give a figure that is written whole at the end, whatever the user's own style.
+
+    It is empty but for its title, and in small print at its foot whose data it shows.
+    """
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    title = plain(title)
-    families, missing = font_families(title)
+    title, attribution = plain(title), plain(attribution)
+    families, missing = font_families(title + attribution)
     if missing:
         log.warning(
-            "%s: no font here has %s; the title shows boxes for them, until one is installed "
+            "%s: no font here has %s; the text shows boxes for them, until one is installed "
             "(such as Noto Sans)",
             path.name,
             " ".join(missing[:10]),
@@ -149,6 +156,11 @@ def _figure(path: Path, size_inch: tuple[float, float], title: str) -> Iterator[
             top_inch = 0.33 + TITLE_LINE_INCH * number
             y = 1 - top_inch / figure.get_figheight()
             figure.text(TITLE_LEFT_INCH / size_inch[0], y, line, **TITLE)
+        if attribution:
+            small: dict[str, Any] = {"size": 6.0, "color": "#666666", "ha": "right"}
+            across = 1 - 0.1 / figure.get_figwidth()
+            filled = textwrap.fill(attribution, int(figure.get_figwidth() * 20))
+            figure.text(across, 0.06 / figure.get_figheight(), filled, **small)
         yield figure
         kind = path.suffix.lower()
         with written_whole(path) as new:

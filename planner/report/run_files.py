@@ -38,7 +38,7 @@ def write_run(
     assert row.planned is not None
     assert row.evaluated is not None
     write_plan(folder / PLAN, content)
-    _write_evaluation(folder / EVALUATION, row)
+    _write_evaluation(folder / EVALUATION, row, problem.network.credit)
     write_overlay(folder / OVERLAY, plan, problem.network)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
@@ -47,7 +47,7 @@ def write_run(
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
 
 
-def _write_evaluation(path: Path, row: MethodRow) -> None:
+def _write_evaluation(path: Path, row: MethodRow, credit: Mapping[str, str]) -> None:
     evaluated = row.evaluated
     assert evaluated is not None
     columns = {
@@ -56,9 +56,8 @@ def _write_evaluation(path: Path, row: MethodRow) -> None:
         "seen_at_s": evaluated.seen_at,  # infinity: never
         "reached_goal_s": evaluated.end_s,
     }
-    write_table(
-        path, columns, {"method": row.method, "horizon_s": repr(evaluated.objective.horizon_s)}
-    )
+    horizon = repr(evaluated.objective.horizon_s)
+    write_table(path, columns, {"method": row.method, "horizon_s": horizon, **credit})
 
 
 def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:

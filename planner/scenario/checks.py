@@ -1,11 +1,12 @@
 """Checks across the sections of a scenario, beyond the type of each value."""
 
 from collections.abc import Container, Iterable, Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from planner.errors import Fault
 from planner.messages import as_written
 from planner.scenario.sections import (
+    OF_SUMO,
     GreedySection,
     NetworkSection,
     SearchSection,
@@ -50,11 +51,22 @@ def source_faults(section: NetworkSection) -> Iterator[Fault]:
 
 
 def missing_files(section: NetworkSection, folder: Path) -> Iterator[Fault]:
-    """Yield the network's sources that are not there."""
+    """Yield the network's sources that are not there; those that come with SUMO are not sought."""
     for key, name in section.files.items():
-        if "\0" in name or not (folder / name).is_file():
+        if key == "net" and name.startswith(OF_SUMO):
+            if not _is_below(name.removeprefix(OF_SUMO)):
+                text = f"{as_written(name)} does not stay within SUMO's folder; give the path"
+                yield Fault(f"network.{key}", f"{text} below it, as sumo:tools/game/NET.net.xml")
+        elif "\0" in name or not (folder / name).is_file():
             text = f"there is no file {folder / name}; correct the path"
             yield Fault(f"network.{key}", text)
+
+
+def _is_below(name: str) -> bool:
+    """Return whether a path leads down from where it starts, and is read alike everywhere."""
+    path = PurePosixPath(name)
+    odd = "\0" in name or "\\" in name or ":" in name or name.startswith("/")
+    return bool(path.parts) and not odd and ".." not in path.parts
 
 
 def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from planner.scenario.source import FILE
 from planner.scenario.values import (
+    Credit,
     Distance,
     Distances,
     DistributionSection,
@@ -28,9 +29,15 @@ from planner.scenario.values import (
     UavStart,
 )
 
+OF_SUMO = "sumo:"  # begins a path below the folder of the SUMO that is installed
+OF_OSM = "© OpenStreetMap contributors"  # whose data an extract of OpenStreetMap is
+
 
 class NetworkSection(Section):
-    """Where the network comes from; paths are relative to the scenario's folder."""
+    """Where the network comes from; paths are relative to the scenario's folder.
+
+    A ``net`` that begins with ``sumo:`` is one of those that come with SUMO.
+    """
 
     nodes: str | None = Field(default=None, description="the path of a .nod.xml file")
     edges: str | None = Field(default=None, description="the path of an .edg.xml file")
@@ -40,14 +47,25 @@ class NetworkSection(Section):
         default=False,
         description="true for nets whose coordinates and lengths stay exact, else false",
     )
-    net: str | None = Field(default=None, description="the path of a SUMO .net.xml file")
+    net: str | None = Field(
+        default=None,
+        description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
+    )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
+    attribution: Credit | None = Field(
+        default=None, description=f'whose data the network is, as in "{OF_OSM}"'
+    )
 
     @property
     def files(self) -> dict[str, str]:
         """The files named, by key."""
         keys = ("nodes", "edges", "connections", "signals", "net", "osm")
         return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+    @property
+    def credit(self) -> str:
+        """What all that is made from the network has to say of whose data it is; may be empty."""
+        return self.attribution or (OF_OSM if self.osm is not None else "")
 
 
 class TargetSection(Section):

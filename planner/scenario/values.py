@@ -33,6 +33,7 @@ FASTEST_MPS = 1000.0  # nothing on a road is as fast
 SLOWEST_MPS = 1e-3  # a kilometre in twelve days
 FARTHEST_M = 1e8  # more than round the Earth
 SUM_TOLERANCE = 1e-6  # three thirds written with seven digits are one
+LONGEST_CREDIT = 300  # characters: a picture has room for a line or two of small print
 FARTHEST_SD = 6.0  # a cut normal farther out than this has hardly any probability left
 
 
@@ -53,6 +54,15 @@ def at_least(least: float, unit: str, *, or_zero: bool = False) -> AfterValidato
     return AfterValidator(check)
 
 
+def _one_line(text: str) -> str:
+    """Return a text that can stand in small print, in a comment and in a file's metadata."""
+    if not text.strip() or not text.isprintable():
+        raise ValueError(f"should be one line of text, not {as_written(text)}")
+    if len(text) > LONGEST_CREDIT:
+        raise ValueError(f"has {len(text):,} characters; give at most {LONGEST_CREDIT}")
+    return text
+
+
 # Ranges are wide, but such that nothing computed from numbers within them overflows.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
@@ -60,6 +70,7 @@ Distance = Annotated[float, Field(ge=0, le=FARTHEST_M, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Name = Annotated[str, BeforeValidator(name_of)]
+Credit = Annotated[str, AfterValidator(_one_line)]
 Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
 PositiveSeconds = Annotated[
     Positive, Field(le=LONGEST_S), BeforeValidator(seconds), at_least(SHORTEST_S, "s")

@@ -19,7 +19,7 @@ start = { a = 0.25, b = 0.75 }
 [uav]
 start = { x_m = 1, y_m = -2.5 }
 """
-SHIPPED = ("grid5x5", "figure1", "figure3", "figure3-gone")
+SHIPPED = ("grid5x5", "figure1", "figure3", "figure3-gone", "berlin")
 
 
 @pytest.fixture
@@ -314,6 +314,16 @@ ONE_FAULT = [
     ("truth.sped_mps=1", "truth.sped_mps: is not a known key; did you mean speed_mps?"),
     ("truth=3", "truth: should be a table, not 3; give"),
     ("network.net=none.net.xml", "network.net: there is no file "),
+    ("network.net=sumo:../a.net.xml", 'network.net: "sumo:../a.net.xml" does not stay within'),
+    ("network.net='sumo:/a.net.xml'", 'network.net: "sumo:/a.net.xml" does not stay within'),
+    ("network.net='sumo:a/../../b.net.xml'", "network.net: "),
+    ("network.net='sumo:'", 'network.net: "sumo:" does not stay within'),
+    ("network.net='sumo:C:/a.net.xml'", "network.net: "),
+    ("network.net='sumo:a\\..\\..\\b.net.xml'", "network.net: "),
+    ("network.attribution=3", "network.attribution: should be text in quotes, not 3; give whose"),
+    ("network.attribution=' '", "network.attribution: should be one line of text, not "),
+    ('network.attribution="a\\nb"', "network.attribution: should be one line of text, not "),
+    (f"network.attribution='{'a' * 301}'", "network.attribution: has 301 characters; give at"),
     ("network.osm=town.net.xml", "network: gives net and osm; write either"),
     ("network.net=3", "network.net: should be text in quotes, not 3; give the path"),
     ("network={}", "network: gives no source; write either nodes and edges, or net, or osm"),
@@ -518,3 +528,16 @@ def test_another_file_is_no_scenario(tmp_path: Path, name: str, text: str, told:
 )
 def test_numbers_beyond_what_is_physical(folder: Path, override: str) -> None:
     assert len(read_draft(folder, overrides=[override]).faults) == 1
+
+
+def test_data_of_openstreetmap_are_credited_unasked(folder: Path) -> None:
+    (folder / "scenario.toml").write_text(SMALL)
+    assert read_scenario(folder).network.credit == ""
+    of_osm = ["network={osm='town.net.xml'}"]
+    assert read_scenario(folder, overrides=of_osm).network.credit == "© OpenStreetMap contributors"
+    other = [*of_osm, "network.attribution='Town of A, 2026'"]
+    assert read_scenario(folder, overrides=other).network.credit == "Town of A, 2026"
+
+
+def test_the_town_is_credited() -> None:
+    assert read_scenario("berlin").network.credit == "© OpenStreetMap contributors"
