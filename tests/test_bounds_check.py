@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-# Detection, what-if flights, and all planners on small problems.
+# Thinning, detection, what-if flights, and all planners on small problems.
 OF_COMPILED_CODE = (
     "tests/detection",
+    "tests/futures/test_thinning.py",
     "tests/search/test_what_if.py",
     "tests/search/test_contract.py",
 )

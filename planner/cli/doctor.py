@@ -244,8 +244,8 @@ def _see_a_target_at_rest() -> float:
     from planner.futures.futures import Futures
 
     zero, one = np.zeros(1), np.ones(1)
-    edge, rests = np.zeros(1, np.int32), np.zeros(1, np.bool_)
-    still = Futures(zero, 1000 * one, zero, edge, np.arange(2), one, rests)
+    rests = np.zeros(1, np.bool_)
+    still = Futures(zero, 1000 * one, zero, np.arange(2), one, rests)
     times = np.array([0.0, 20.0])
     flight = Track(times, 100 * times, 0 * times, times[np.newaxis])
     return float(first_detection(still, flight, 100.0)[0])

@@ -10,8 +10,8 @@ import numpy as np
 from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
 from planner.errors import InputError
 from planner.futures.edges import NOT_FOR_CARS, edges_of
+from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd_formats import REMEDY, Rows, read_rows
-from planner.futures.futures import NO_EDGE
 from planner.network.road_network import RoadNetwork
 
 log = logging.getLogger(__name__)

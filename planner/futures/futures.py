@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
-from planner.checked import offsets, same_length, weights
+from planner.checked import instance, offsets, same_length, weights
 from planner.errors import InputError
-
-NO_EDGE = -1
+from planner.futures.edges_driven import EdgesDriven
 
 
 class Pieces(NamedTuple):
@@ -61,31 +60,36 @@ class Futures(Frozen):
     time_s: Floats  # (K,) seconds on the target's clock, rising within a particle
     x_m: Floats  # (K,) metres
     y_m: Floats  # (K,) metres
-    edge: Ints  # (K,) the edge driven from this knot to the next, NO_EDGE if unknown
     first_knot: Offsets  # (N + 1,) where a particle's knots start
     weight: Floats  # (N,) probability; sums to the probability that the target is there at all
     gone: Flags  # (N,) True: vanishes after the last knot, False: rests there
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    # which edge each particle is on; left out: nothing is known of that
+    edges: EdgesDriven = field(default_factory=lambda: EdgesDriven.unknown(0))
 
     def __post_init__(self) -> None:
         if len(self.target) == 0:
             object.__setattr__(self, "target", np.zeros(np.size(self.weight)))
+        if isinstance(self.edges, EdgesDriven) and len(self.edges) == 0:
+            object.__setattr__(self, "edges", EdgesDriven.unknown(np.size(self.weight)))
         freeze(
             self,
             time_s=np.float64,
             x_m=np.float64,
             y_m=np.float64,
-            edge=np.int32,
             first_knot=np.int64,
             weight=np.float64,
             gone=np.bool_,
             target=np.int32,
         )
         particles = same_length(weight=self.weight, gone=self.gone, target=self.target)
-        knots = same_length(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m, edge=self.edge)
+        knots = same_length(time_s=self.time_s, x_m=self.x_m, y_m=self.y_m)
         offsets("first_knot", self.first_knot, particles, knots)
         weights("weight", self.weight)
+        instance("edges", self.edges, EdgesDriven)
+        changes = len(self.edges.time_s)
+        offsets("edges.first_change", self.edges.first_change, particles, changes)
         self._refuse_bad_knots()
 
     def _refuse_bad_knots(self) -> None:
@@ -150,11 +154,11 @@ class Futures(Frozen):
             time_s=self.time_s[knots],
             x_m=self.x_m[knots],
             y_m=self.y_m[knots],
-            edge=self.edge[knots],
             first_knot=first,
             weight=self.weight[index],
             gone=self.gone[index],
             target=self.target[index],
+            edges=self.edges.take(index),
         )
 
     def positions(self, time_s: Floats | float) -> Floats:

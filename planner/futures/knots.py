@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.futures.edges_driven import NO_EDGE, EdgesDriven
 from planner.futures.fcd import SAME_S, Samples
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 
 TOLERANCE_M = 1.0  # how far a dropped sample may lie from the straight, even motion
@@ -145,10 +146,10 @@ def futures_of_samples(
         time_s=knots.time_s,
         x_m=knots.xy_m[:, 0],
         y_m=knots.xy_m[:, 1],
-        edge=knots.edge,
         first_knot=np.concatenate(([0], np.cumsum(count))),
         weight=np.full(len(count), 1.0 / len(count)),
         gone=np.zeros(len(count), dtype=bool),
+        edges=EdgesDriven.of_rows(len(count), knots.particle, knots.time_s, knots.edge),
     )
 
 

@@ -14,8 +14,9 @@ import numpy as np
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.clock import clock as clock_time
 from planner.errors import InputError
+from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.futures import Futures
 from planner.futures.nearness import Nearness, off_edges
 from planner.network.road_network import RoadNetwork
 
@@ -86,8 +87,9 @@ def motion_of_samples(samples: Samples) -> Motion:
 
 def motion_of_futures(futures: Futures, names: Sequence[str]) -> Motion:
     """Return what is checked of knots."""
-    first, columns = futures.first_knot, (futures.time_s, futures.x_m, futures.y_m, futures.edge)
-    return Motion("particle", names, first, *columns)
+    first = futures.first_knot
+    edge = futures.edges.of_times(futures.time_s, first)
+    return Motion("particle", names, first, futures.time_s, futures.x_m, futures.y_m, edge)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd places are refused for what they are

@@ -11,6 +11,7 @@ from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.checked import number, whole
 from planner.errors import InputError
+from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.futures.knots import DrivenRoutes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
@@ -73,11 +74,11 @@ def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
         time_s=np.concatenate([part.time_s for part in parts]),
         x_m=np.concatenate([part.x_m for part in parts]),
         y_m=np.concatenate([part.y_m for part in parts]),
-        edge=np.concatenate([part.edge for part in parts]),
         first_knot=np.concatenate(([0], np.cumsum(counts))),
         weight=particles.weight,
         gone=particles.gone,
         target=particles.target,
+        edges=EdgesDriven.joined([part.edges for part in parts]),
     )
 
 

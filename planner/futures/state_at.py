@@ -6,7 +6,8 @@ import numpy as np
 
 from planner.arrays import Floats, Frozen, Ints, freeze
 from planner.checked import number
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.edges_driven import NO_EDGE
+from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -58,7 +59,7 @@ def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
     there = np.flatnonzero(~np.isnan(everyone_m[:, 0]))
     passed = np.bincount(futures.particle[futures.time_s <= time_s], minlength=len(futures))
     knot = (futures.first_knot[:-1] + passed - 1)[there]
-    xy_m, edge = everyone_m[there], futures.edge[knot]
+    xy_m, edge = everyone_m[there], futures.edges.at(time_s)[there]
     return State(
         time_s=time_s,
         particle=there,

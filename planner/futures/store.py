@@ -1,4 +1,4 @@
-"""Futures on disk: ``futures.parquet``, ``particles.parquet`` beside it, and the cache of both."""
+"""Futures on disk: ``futures.parquet``, two tables beside it, and the cache of all three."""
 
 import hashlib
 import json
@@ -16,9 +16,10 @@ from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.files import results_written_whole
+from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.futures import Futures
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.record import record
@@ -32,9 +33,9 @@ from planner.provenance import version_of
 
 log = logging.getLogger(__name__)
 
-SCHEMA = "planner.futures/1"
+SCHEMA = "planner.futures/2"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
-KNOTS, PARTICLES = "futures.parquet", "particles.parquet"
+KNOTS, EDGES, PARTICLES = "futures.parquet", "edges.parquet", "particles.parquet"
 PACKAGE = Path(__file__).parents[1]
 MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
 DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
@@ -107,7 +108,7 @@ def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
 @cache
 def made_by(package: Path) -> tuple[str, ...]:
     """Return what identifies the program that draws and records: its source and its libraries."""
-    folders = [sorted((package / name).glob("*.py")) for name in MADE_BY]
+    folders = [sorted((package / name).rglob("*.py")) for name in MADE_BY]
     sources = [*(file for files in folders for file in files), package / "streams.py"]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources))
     return digest.hexdigest(), *(f"{name} {version_of(name)}" for name in DRAWN_WITH)
@@ -146,14 +147,18 @@ def write_recording(
     network: RoadNetwork,
     described: Mapping[str, str],
 ) -> None:
-    """Write ``futures.parquet`` and ``particles.parquet`` into a folder."""
-    count = np.arange(len(futures), dtype=np.int32)
+    """Write ``futures.parquet``, ``edges.parquet`` and ``particles.parquet`` into a folder."""
+    count, edges = np.arange(len(futures), dtype=np.int32), futures.edges
     knots = {
-        "particle": np.repeat(count, np.diff(futures.first_knot)),
+        "particle": count[futures.particle],
         "time_s": futures.time_s,
         "x_m": futures.x_m,
         "y_m": futures.y_m,
-        "edge": dictionary(futures.edge, list(network.edge_ids), missing=NO_EDGE),
+    }
+    changes = {
+        "particle": count[edges.particle],
+        "time_s": edges.time_s,
+        "edge": dictionary(edges.edge, list(network.edge_ids), missing=NO_EDGE),
     }
     table = {
         "particle": count,
@@ -168,6 +173,7 @@ def write_recording(
         "seed": particles.seed,
     }
     write_table(folder / KNOTS, knots, described)
+    write_table(folder / EDGES, changes, described)
     write_table(folder / PARTICLES, table, described)
 
 
@@ -218,8 +224,11 @@ def _refuse_none(path: Path) -> None:
 
 
 def _named(path: Path, table: Any, network: RoadNetwork) -> NamedFutures:
-    beside = path.with_name(PARTICLES)
-    return futures_of_table(path, table, network, beside if beside.is_file() else None)
+    edges, particles = (
+        beside if (beside := path.with_name(name)).is_file() else None
+        for name in (EDGES, PARTICLES)
+    )
+    return futures_of_table(path, table, network, edges=edges, particles=particles)
 
 
 def _of_samples(

@@ -9,8 +9,9 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.errors import InputError
-from planner.futures.edges import NOT_FOR_CARS, edges_of
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.edges import edge_column, read_edges_driven
+from planner.futures.edges_driven import EdgesDriven
+from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.parquet import (
     column,
@@ -48,13 +49,16 @@ class _Particles(NamedTuple):
 
 
 def futures_of_table(
-    path: Path, table: Any, network: RoadNetwork, beside: Path | None
+    path: Path, table: Any, network: RoadNetwork, *, edges: Path | None, particles: Path | None
 ) -> NamedFutures:
     """Return the futures of a table of knots.
 
     Parameters
     ----------
-    beside
+    edges
+        The file of the edges driven, for a table that has no column ``edge``; without one they
+        are unknown.
+    particles
         The file of the particles; without one all weigh the same and rest where they end.
 
     Raises
@@ -72,16 +76,25 @@ def futures_of_table(
     names, first_knot = _particles_of_rows(path, table)
     time_s = seconds_column(path, table, "time_s")
     _refuse_falling(path, time_s, first_knot, names)
-    known = _equal(len(names)) if beside is None else _read_particles(beside, path, names)
+    known = _equal(len(names)) if particles is None else _read_particles(particles, path, names)
+    if "edge" in table.column_names:
+        edge = edge_column(path, table, network)
+        driven = EdgesDriven.of_knots(edge, time_s, first_knot)
+    else:
+        driven = (
+            EdgesDriven.unknown(len(names))
+            if edges is None
+            else (read_edges_driven(edges, names, network))
+        )
     futures = Futures(
         time_s=time_s,
         x_m=numbers(path, table, "x_m"),
         y_m=numbers(path, table, "y_m"),
-        edge=_edges(path, table, network),
         first_knot=first_knot,
         weight=known.weight,
         gone=known.gone,
         target=known.target,
+        edges=driven,
     )
     return NamedFutures(futures, names, known.speed_mps, known.route)
 
@@ -120,23 +133,6 @@ def _refuse_falling(
         raise InputError(
             f"{path}: {SORTED}; particle {who!r} goes from {time_s[row]:g} to {time_s[row + 1]:g} s"
         )
-
-
-def _edges(path: Path, table: Any, network: RoadNetwork) -> Ints:
-    if "edge" not in table.column_names:
-        return np.full(len(table), NO_EDGE)
-    names = texts(path, table, "edge")
-    index = np.append(edges_of(path, names, network), NO_EDGE)
-    for_others = np.flatnonzero(index == NOT_FOR_CARS)
-    if len(for_others):
-        log.warning(
-            "%s: edge %r is not for cars (nor are %d others); taken as unknown",
-            path,
-            names.values[for_others[0]],
-            len(for_others) - 1,
-        )
-        index[for_others] = NO_EDGE
-    return np.asarray(index[names.code])
 
 
 def _equal(count: int) -> _Particles:

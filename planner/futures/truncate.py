@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.futures import Futures
 
 
 class OwnKnots(NamedTuple):
@@ -16,7 +16,6 @@ class OwnKnots(NamedTuple):
     time_s: Floats
     x_m: Floats
     y_m: Floats
-    edge: Ints
 
 
 def parked(futures: Futures, rng: np.random.Generator) -> Futures:
@@ -27,15 +26,16 @@ def parked(futures: Futures, rng: np.random.Generator) -> Futures:
     stay as they are.
     """
     share = (rng.permutation(len(futures)) + 0.5) / max(len(futures), 1)
-    parts, gone = [], futures.gone.copy()
+    parts, gone, stop_s = [], futures.gone.copy(), np.full(len(futures), np.inf)
     for k in range(len(futures)):
         knots = _knots(futures, k)
         if len(knots.time_s) > 1:
             first_s, last_s = knots.time_s[0], knots.time_s[-1]
-            knots = _until(futures, k, float(first_s + share[k] * (last_s - first_s)))
+            stop_s[k] = first_s + share[k] * (last_s - first_s)
+            knots = _until(futures, k, float(stop_s[k]))
             gone[k] = False
         parts.append(knots)
-    return _joined(futures, parts, gone)
+    return replace(_joined(futures, parts, gone), edges=futures.edges.until(stop_s))
 
 
 def after(futures: Futures, from_s: Floats) -> Futures:
@@ -57,14 +57,15 @@ def after(futures: Futures, from_s: Floats) -> Futures:
         time_s=left.time_s[kept],
         x_m=left.x_m[kept],
         y_m=left.y_m[kept],
-        edge=left.edge[kept],
         first_knot=np.concatenate(([0], np.cumsum(still))),
+        edges=futures.edges.since(np.where(over, np.inf, from_s)),
     )
 
 
 def begun_at(futures: Futures, begin_s: float) -> Futures:
     """Return the same futures on a clock whose time 0 is the given time; nothing is before it."""
-    shifted = replace(futures, time_s=futures.time_s - begin_s)
+    edges = replace(futures.edges, time_s=futures.edges.time_s - begin_s)
+    shifted = replace(futures, time_s=futures.time_s - begin_s, edges=edges)
     return after(shifted, np.zeros(len(futures)))
 
 
@@ -83,30 +84,28 @@ def _started(futures: Futures, knot: Ints, at_s: Floats) -> Futures:
 
 def _knots(futures: Futures, k: int) -> OwnKnots:
     rows = slice(futures.first_knot[k], futures.first_knot[k + 1])
-    return OwnKnots(futures.time_s[rows], futures.x_m[rows], futures.y_m[rows], futures.edge[rows])
+    return OwnKnots(futures.time_s[rows], futures.x_m[rows], futures.y_m[rows])
 
 
 def _until(futures: Futures, k: int, stop_s: float) -> OwnKnots:
-    time_s, x_m, y_m, edge = _knots(futures, k)
+    time_s, x_m, y_m = _knots(futures, k)
     kept = int(np.searchsorted(time_s, stop_s))
     stop_x_m, stop_y_m = futures.xy(k, stop_s)
     return OwnKnots(
         np.append(time_s[:kept], stop_s),
         np.append(x_m[:kept], stop_x_m),
         np.append(y_m[:kept], stop_y_m),
-        np.append(edge[:kept], NO_EDGE),
     )
 
 
 def _joined(futures: Futures, parts: Sequence[OwnKnots], gone: Flags) -> Futures:
-    time_s, x_m, y_m, edge = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    time_s, x_m, y_m = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     counts = [len(part.time_s) for part in parts]
     return replace(
         futures,
         time_s=time_s,
         x_m=x_m,
         y_m=y_m,
-        edge=edge,
         first_knot=np.concatenate(([0], np.cumsum(counts))),
         gone=gone,
     )

@@ -18,7 +18,7 @@ from planner.files import written_whole
 from planner.flight.pieces import pieces, segments
 from planner.flight.plan import Plan
 from planner.flight.track import Track
-from planner.futures.futures import NO_EDGE
+from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
 from planner.messages import plain
 from planner.network.road_network import RoadNetwork

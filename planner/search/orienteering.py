@@ -12,6 +12,7 @@ import numpy as np
 from planner.arrays import Floats, Offsets
 from planner.errors import NotApplicableError
 from planner.flight.legs import Legs
+from planner.futures.edges_driven import NO_EDGE
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
@@ -65,9 +66,9 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
 def passing_probability(problem: Problem) -> Floats:
     """Return the probability that the target drives on each road, (R,)."""
     futures, network = problem.futures, problem.network
-    particle = np.repeat(np.arange(len(futures)), np.diff(futures.first_knot))
-    known = futures.edge >= 0
-    passed = np.stack([network.edge_road[futures.edge[known]], particle[known]], axis=1)
+    edges = futures.edges
+    known = edges.edge != NO_EDGE
+    passed = np.stack([network.edge_road[edges.edge[known]], edges.particle[known]], axis=1)
     road, who = np.unique(passed, axis=0).T
     weight = problem.weight_at_start[who]
     sums = np.bincount(road, weights=weight, minlength=len(network.road_ids))

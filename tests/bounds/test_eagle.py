@@ -117,7 +117,6 @@ def cell_problem(start: int, looks: int) -> Problem:
         time_s=np.tile(time_s.ravel(), many),
         x_m=place[..., 0].ravel(),
         y_m=place[..., 1].ravel(),
-        edge=np.full(many * looks * 4, -1),
         first_knot=4 * looks * np.arange(many + 1),
         weight=weight,
         gone=np.zeros(many, dtype=bool),

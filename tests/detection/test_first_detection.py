@@ -20,7 +20,6 @@ def futures_of(*motions: Points, gone: bool = False) -> Futures:
     knots = np.array([knot for motion in motions for knot in motion], dtype=float).reshape(-1, 3)
     return Futures(
         *knots.T,
-        edge=np.full(len(knots), -1),
         first_knot=np.concatenate(([0], np.cumsum([len(motion) for motion in motions]))),
         weight=np.full(len(motions), 1 / max(1, len(motions))),
         gone=np.full(len(motions), gone),

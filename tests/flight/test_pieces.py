@@ -57,12 +57,11 @@ def test_positions_agree_with_each_particle_s_own(time_s: float, gone: bool) -> 
     futures = physics_futures(
         figure3(), routes, [0.0, 200.0, 0.0], [5.0, 20.0, 30.0], gone=gone, depart_s=[0, 50, 9]
     )
-    nowhere = Futures(*[np.empty(0)] * 4, [0, 0], [0.1], [False])
+    nowhere = Futures(*[np.empty(0)] * 3, [0, 0], [0.1], [False])
     together = Futures(
         futures.time_s,
         futures.x_m,
         futures.y_m,
-        futures.edge,
         [*futures.first_knot, futures.first_knot[-1]],
         [*futures.weight, *nowhere.weight],
         [*futures.gone, False],

@@ -10,11 +10,12 @@ import pyarrow.parquet
 import pytest
 
 from planner.errors import InputError
+from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import read_samples
-from planner.futures.futures import NO_EDGE
 from planner.futures.store import read_recording
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
+from support.instances import edge_of_knots
 from support.sumo_instances import grid5x5, town
 
 ROUTES = """<routes><vType id="t" sigma="0" speedFactor="1" speedDev="0" maxSpeed="{speed}"/>
@@ -49,7 +50,7 @@ def test_xml_and_parquet_give_the_same_futures(tmp_path: Path) -> None:
         # SUMO writes whole centimetres as XML and all digits as Parquet.
         np.testing.assert_allclose(futures[0].time_s, other.time_s, atol=1e-3)
         np.testing.assert_allclose(futures[0].x_m, other.x_m, atol=0.01)
-        np.testing.assert_array_equal(futures[0].edge, other.edge)
+        np.testing.assert_array_equal(edge_of_knots(futures[0]), edge_of_knots(other))
 
 
 def test_a_vehicle_is_nowhere_before_it_departs_and_rests_where_it_was_last_seen(

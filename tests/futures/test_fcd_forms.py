@@ -13,6 +13,7 @@ from planner.network.build import build_net
 from planner.network.read import read_net
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
+from support.instances import edge_of_knots
 from support.sumo_instances import grid5x5, town
 
 NODES = "".join(
@@ -131,7 +132,7 @@ def test_edges_that_are_not_for_cars(
     assert len(futures) == 3  # v, w and the bicycle that comes onto a road for cars
     assert "edges only that are not for cars (1 of 4, the first 'only')" in caplog.text
     assert "drive on others too (1 of 4, the first 'both')" in caplog.text
-    edges = {int(edge) for edge in futures.edge}
+    edges = {int(edge) for edge in edge_of_knots(futures)}
     assert edges == {-1, *(block.edge_index[name] for name in ("ab", "bc", "cd"))}
 
 
@@ -142,7 +143,7 @@ def test_meso_is_read_by_edge(
     more = "" if name == "f.csv" else PEOPLE
     futures = recorded(block, tmp_path, name, "--mesosim", "--begin", "5", more=more)
     assert len(futures) == 2
-    edges = [block.edge_ids[edge] for edge in futures.edge[: futures.first_knot[1]]]
+    edges = [block.edge_ids[edge] for edge in edge_of_knots(futures)[: futures.first_knot[1]]]
     assert list(dict.fromkeys(edges)) == ["ab", "bc", "cd"]
     # It is known to be somewhere on 100 m.
     assert futures.xy(0, 40.0)[0] == pytest.approx(12 * 35.0, abs=20.0)

@@ -17,7 +17,6 @@ def with_extremes(seed: int) -> Futures:
         time_s=[*futures.time_s, 5.0, 9.0, 9.001, 12.0, 7.0],
         x_m=[*futures.x_m, 0.0, 4.0, 50.0, 60.0, 3.0],
         y_m=[*futures.y_m, 0.0, 3.0, 50.0, 60.0, 4.0],
-        edge=[*futures.edge, *[-1] * 5],
         first_knot=[*futures.first_knot, *(futures.first_knot[-1] + np.array([4, 4, 5]))],
         weight=np.full(23, 1 / 23),
         gone=rng.random(23) < 0.5,

@@ -14,7 +14,7 @@ from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.nearness import Nearness, off_edges
 from planner.futures.store import read_recording
-from support.instances import figure3
+from support.instances import edge_of_knots, figure3
 
 NET = figure3()
 KEYS = ("x", "y", "speed", "pos", "lane")
@@ -179,7 +179,7 @@ NEAR_END = ("0", [("v", 4900.0, 0.0, 10, 4900.0, "AB_0")])
 def edges_at(futures: Futures) -> list[tuple[float, str]]:
     return [
         (time, "" if edge < 0 else NET.edge_ids[edge])
-        for time, edge in zip(futures.time_s.tolist(), futures.edge.tolist(), strict=True)
+        for time, edge in zip(futures.time_s.tolist(), edge_of_knots(futures).tolist(), strict=True)
     ]
 
 
@@ -216,10 +216,10 @@ def test_who_stands_at_an_edges_end_is_there(tmp_path: Path, along_m: float) -> 
 )
 def test_futures_of_other_times_cannot_be_made(times: list[float], told: str) -> None:
     with pytest.raises(InputError, match=told):
-        Futures(times, [0, 1, 2], [0, 0, 0], [-1] * 3, [0, 2, 3], [0.5, 0.5], [False, False])
+        Futures(times, [0, 1, 2], [0, 0, 0], [0, 2, 3], [0.5, 0.5], [False, False])
     with pytest.raises(InputError, match=r"particle 1 has a knot at 0 s, \(nan, 0\) m"):
-        Futures([0, 1, 0], [0, 1, np.nan], [0] * 3, [-1] * 3, [0, 2, 3], [0.5] * 2, [0, 0])
-    Futures([5, 6, 0], [0, 1, 2], [0] * 3, [-1] * 3, [0, 2, 3], [0.5] * 2, [0, 0])
+        Futures([0, 1, 0], [0, 1, np.nan], [0] * 3, [0, 2, 3], [0.5] * 2, [0, 0])
+    Futures([5, 6, 0], [0, 1, 2], [0] * 3, [0, 2, 3], [0.5] * 2, [0, 0])
 
 
 # --- the tools

@@ -18,6 +18,7 @@ from planner.network.build import build_net
 from planner.network.read import read_net
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import binary, sumo_environment
+from support.instances import edge_of_knots
 from support.sumo_instances import NETS, grid5x5, town, walkers
 
 GRID_HORIZON_S = 10_000.0
@@ -48,12 +49,13 @@ def farthest_from_physics(network: RoadNetwork, particles: Particles, futures: F
 def edge_changes(network: RoadNetwork, futures: Futures, k: int) -> list[tuple[str, float]]:
     """Each edge of a particle with the time at which it was left."""
     rows = range(futures.first_knot[k], futures.first_knot[k + 1])
+    edge = edge_of_knots(futures)
     left = [
-        (network.edge_ids[futures.edge[a]], float(futures.time_s[b]))
+        (network.edge_ids[edge[a]], float(futures.time_s[b]))
         for a, b in pairwise(rows)
-        if futures.edge[a] != futures.edge[b]
+        if edge[a] != edge[b]
     ]
-    return [*left, (network.edge_ids[futures.edge[rows[-1]]], float(futures.time_s[rows[-1]]))]
+    return [*left, (network.edge_ids[edge[rows[-1]]], float(futures.time_s[rows[-1]]))]
 
 
 @pytest.mark.parametrize("speed_per_road", [False, True])

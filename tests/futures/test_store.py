@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute
 import pyarrow.parquet as pq
 import pytest
 
@@ -18,7 +19,7 @@ from planner.futures import store
 from planner.futures.record import record
 from planner.futures.store import describe, made_by, read_recording, recorded, write_recording
 from planner.network.road_network import RoadNetwork
-from support.instances import figure3, physics_futures
+from support.instances import edge_of_knots, figure3, physics_futures
 from support.sumo_instances import grid5x5, walkers
 
 
@@ -36,9 +37,13 @@ def test_what_is_written_is_read(written: tuple[Path, RoadNetwork]) -> None:
     particles = walkers(network, 5, np.random.default_rng(1), start="r0c0-r0c1", roads=3)
     recording = read_recording(path, network)
     expected = record(network, particles, horizon_s=1_500.0, workers=1)
-    for column in ("time_s", "x_m", "y_m", "edge", "first_knot", "weight", "gone"):
+    for column in ("time_s", "x_m", "y_m", "first_knot", "weight", "gone"):
         np.testing.assert_array_equal(
             getattr(recording.futures, column), getattr(expected, column), err_msg=column
+        )
+    for column in ("first_change", "time_s", "edge"):
+        np.testing.assert_array_equal(
+            getattr(recording.futures.edges, column), getattr(expected.edges, column)
         )
     assert recording.speed_mps == tuple(particles.speed_mps[particles.first_edge[:-1]])
     assert recording.route[2].split() == [network.edge_ids[e] for e in particles.route(2)]
@@ -47,9 +52,13 @@ def test_what_is_written_is_read(written: tuple[Path, RoadNetwork]) -> None:
 def test_columns_types_and_metadata_are_as_promised(written: tuple[Path, RoadNetwork]) -> None:
     path, network = written
     schema = pq.read_schema(path)
-    assert schema.names == ["particle", "time_s", "x_m", "y_m", "edge"]
+    assert schema.names == ["particle", "time_s", "x_m", "y_m"]
     assert [str(schema.field(i).type) for i in range(4)] == ["int32", "double", "double", "double"]
-    assert pa.types.is_dictionary(schema.field("edge").type)
+    edges = pq.read_schema(path.with_name("edges.parquet"))
+    assert edges.names == ["particle", "time_s", "edge"]
+    assert [str(edges.field(i).type) for i in range(2)] == ["int32", "double"]
+    assert pa.types.is_dictionary(edges.field("edge").type)
+    assert edges.metadata == schema.metadata
     assert pq.read_schema(path.with_name("particles.parquet")).names == (
         ["particle", "weight", "target", "at_end", "depart_s", "speed_mps", "route", "seed"]
     )
@@ -224,7 +233,12 @@ def test_the_net_and_the_program_are_in_the_key(
     described = describe(figure3(), {"seed": 1})
     assert {"net_sha256", "sumo_version", "scenario"} <= set(described)
     known = {made_by(store.PACKAGE)}
-    for file in ("belief/sampling.py", "futures/knots.py", "network/road_network.py", "streams.py"):
+    for file in (
+        "belief/sampling.py",
+        "futures/kernels/thinning.py",
+        "network/road_network.py",
+        "streams.py",
+    ):
         copy = tmp_path / file.replace("/", "-")
         shutil.copytree(store.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
         assert made_by(copy) in known  # wherever it lies
@@ -275,12 +289,16 @@ def test_broken_files_are_told_in_one_line(written: tuple[Path, RoadNetwork]) ->
     rows = len(pq.read_table(path))
     times = pq.read_table(path)["time_s"].to_pylist()
     numbers = pq.read_table(path)["particle"].to_pylist()
-    beside = path.with_name("particles.parquet")
+    beside, edges = path.with_name("particles.parquet"), path.with_name("edges.parquet")
+    changes = pq.read_table(edges)
     faults = [
         (path, "time_s", [float("nan"), *times[1:]], "NaN"),
         (path, "time_s", times[::-1], "sorted"),
         (path, "x_m", ["east"] * rows, "numbers"),
-        (path, "edge", ["nowhere"] * rows, "'nowhere'"),
+        (edges, "edge", ["nowhere"] * len(changes), "'nowhere'"),
+        (edges, "time_s", [1.0] * len(changes), "comes onto edges at 1 and 1 s"),
+        (edges, "time_s", [None] * len(changes), "null"),
+        (edges, "particle", [None] * len(changes), "holds no name"),
         (path, "particle", [*numbers[:-1], 7], "particle 7"),
         (beside, "weight", [0.5] * 5, "sum to 2.5"),
         (beside, "at_end", ["leaves"] * 5, "at_end"),
@@ -321,4 +339,37 @@ def test_futures_from_elsewhere_need_no_edges(tmp_path: Path) -> None:
     pq.write_table(pa.table(columns), tmp_path / "mine.parquet")
     read = read_recording(tmp_path / "mine.parquet", network).futures
     np.testing.assert_array_equal(read.x_m, futures.x_m)
-    assert (read.edge == -1).all()
+    assert (read.edges.at(60.0) == -1).all()
+    assert len(read.edges.time_s) == 0
+
+
+def test_a_column_of_edges_is_read_and_goes_before_the_file_beside(
+    written: tuple[Path, RoadNetwork],
+) -> None:
+    path, network = written
+    futures = read_recording(path, network).futures
+    of_knots = [network.edge_ids[edge] for edge in edge_of_knots(futures)]
+    other = [edge if edge != of_knots[0] else None for edge in of_knots]
+    table = pq.read_table(path)
+    for column in (of_knots, other):
+        pq.write_table(table.append_column("edge", pa.array(column)), path)
+        read = read_recording(path, network).futures
+        index = [-1 if edge is None else network.edge_index[edge] for edge in column]
+        assert edge_of_knots(read).tolist() == index
+
+
+def test_edges_are_read_by_name_in_any_order(written: tuple[Path, RoadNetwork]) -> None:
+    path, network = written
+    whole = read_recording(path, network).futures
+    beside = path.with_name("edges.parquet")
+    table = pq.read_table(beside)
+    pq.write_table(table.take(np.random.default_rng(1).permutation(len(table))), beside)
+    np.testing.assert_array_equal(
+        edge_of_knots(read_recording(path, network).futures), edge_of_knots(whole)
+    )
+    knots = pq.read_table(path)
+    pq.write_table(knots.filter(pa.compute.field("particle") > 1), path)
+    some = read_recording(path, network).futures
+    assert edge_of_knots(some).tolist() == edge_of_knots(whole.take(np.arange(2, 5))).tolist()
+    beside.unlink()
+    assert set(edge_of_knots(read_recording(path, network).futures)) == {-1}

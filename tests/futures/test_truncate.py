@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.edges_driven import NO_EDGE
+from planner.futures.futures import Futures
 from planner.futures.truncate import after, parked
-from support.instances import grid, physics_futures
+from support.instances import edge_of_knots, grid, physics_futures
 
 TIMES = np.linspace(-10.0, 1500.0, 400)
 
@@ -61,7 +62,8 @@ def test_after_its_end_a_particle_rests_or_is_gone(futures: Futures) -> None:
 
 def test_the_edge_after_a_cut_is_the_one_driven(futures: Futures) -> None:
     cut = after(futures, np.array([250.0, 0.0, 0.0]))
-    assert cut.edge[0] == futures.edge[1]
+    assert edge_of_knots(cut)[0] == edge_of_knots(futures)[1]
+    assert (cut.edges.first_change[1], cut.edges.time_s[0]) == (1, 250.0)
 
 
 def test_parked_targets_follow_their_way_and_stop_on_it(futures: Futures) -> None:
@@ -72,7 +74,9 @@ def test_parked_targets_follow_their_way_and_stop_on_it(futures: Futures) -> Non
         way = TIMES[(TIMES >= 0) & (stop_s >= TIMES)]
         np.testing.assert_allclose(stopped.xy(k, way), futures.xy(k, way))
         np.testing.assert_allclose(stopped.xy(k, stop_s + 999.0), futures.xy(k, stop_s))
-        assert stopped.edge[stopped.first_knot[k + 1] - 1] == NO_EDGE
+        assert stopped.edges.at(stop_s)[k] == NO_EDGE
+        just_before = stop_s - 1e-6
+        assert stopped.edges.at(just_before)[k] == futures.edges.at(just_before)[k] != NO_EDGE
         shares.append(stop_s / futures.end_s[k])
     assert not stopped.gone.any()
     np.testing.assert_allclose(sorted(shares), [1 / 6, 3 / 6, 5 / 6])

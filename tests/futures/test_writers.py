@@ -80,9 +80,12 @@ def cast(values: list[Any], kind: pa.DataType) -> pa.Array:
 
 
 def same(one: Futures, other: Futures, tolerance: float = 0.0) -> None:
-    for name in ("time_s", "x_m", "y_m", "edge", "first_knot", "weight", "gone"):
+    for name in ("time_s", "x_m", "y_m", "first_knot", "weight", "gone"):
         columns = getattr(one, name), getattr(other, name)
         np.testing.assert_allclose(*columns, atol=tolerance, rtol=0, err_msg=name)
+    for name in ("first_change", "time_s", "edge"):
+        columns = getattr(one.edges, name), getattr(other.edges, name)
+        np.testing.assert_allclose(*columns, atol=tolerance, rtol=0, err_msg=f"edges.{name}")
 
 
 def read(folder: Path, table: pa.Table) -> Futures:

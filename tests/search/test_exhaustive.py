@@ -309,7 +309,6 @@ def with_pauses(futures: Futures, rng: np.random.Generator) -> Futures:
         time_s,
         futures.x_m[twice],
         futures.y_m[twice],
-        futures.edge[twice],
         first_knot,
         futures.weight,
         futures.gone,

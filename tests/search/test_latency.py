@@ -35,7 +35,6 @@ def at_rest(net: RoadNetwork, weight: Floats, start: int, *, transit: bool) -> P
         time_s=np.zeros(count),
         x_m=x_m,
         y_m=y_m,
-        edge=np.full(count, -1),
         first_knot=np.arange(count + 1),
         weight=weight,
         gone=np.zeros(count, dtype=bool),

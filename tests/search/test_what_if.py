@@ -175,7 +175,6 @@ def test_transits_that_overtake_slowly_and_are_met_from_behind() -> None:
         time_s=np.tile([0.0, lasts_s], many),
         x_m=x_m.ravel(),
         y_m=y_m.ravel(),
-        edge=np.full(2 * many, -1),
         first_knot=np.arange(many + 1) * 2,
         weight=np.full(many, 1 / many),
         gone=np.zeros(many, dtype=bool),

@@ -6,6 +6,7 @@ from planner.arrays import Floats
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
+from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.search.problem import Problem
@@ -40,14 +41,15 @@ def grid_futures(
     node[0] += (node[1] - node[0]) * (start / ROAD_M)[:, None]
     step = np.diff(node, axis=0)
     edge = np.concatenate([_edges(node[:-1].round(9), step, size), np.full((1, count), -1)])
+    time_s, first_knot = (along / speed).T.ravel(), np.arange(count + 1) * (turns + 1)
     return Futures(
-        time_s=(along / speed).T.ravel(),
+        time_s=time_s,
         x_m=(node[:, :, 0] * ROAD_M).T.ravel(),
         y_m=(-node[:, :, 1] * ROAD_M).T.ravel(),
-        edge=edge.T.ravel(),
-        first_knot=np.arange(count + 1) * (turns + 1),
+        first_knot=first_knot,
         weight=np.full(count, 1 / count),
         gone=np.zeros(count, dtype=bool),
+        edges=EdgesDriven.of_knots(edge.T.ravel(), time_s, first_knot),
     )
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, Ints
+from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 
@@ -121,15 +122,21 @@ def physics_futures(
         for k, route in enumerate(routes)
     ]
     knots = np.concatenate(parts) if parts else np.empty((0, 4))
+    first_knot = np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(int)
     return Futures(
         time_s=knots[:, 0],
         x_m=knots[:, 1],
         y_m=knots[:, 2],
-        edge=knots[:, 3],
-        first_knot=np.concatenate(([0], np.cumsum([len(part) for part in parts]))),
+        first_knot=first_knot,
         weight=np.full(n, 1 / max(n, 1)) if weight is None else weight,
         gone=np.broadcast_to(np.asarray(gone), n),
+        edges=EdgesDriven.of_knots(knots[:, 3], knots[:, 0], first_knot),
     )
+
+
+def edge_of_knots(futures: Futures) -> Ints:
+    """Return the edge driven from each knot on, (K,)."""
+    return futures.edges.of_times(futures.time_s, futures.first_knot)
 
 
 def _motion(

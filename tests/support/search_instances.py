@@ -65,7 +65,6 @@ def strayed(rng: np.random.Generator, count: int) -> Futures:
         time_s=np.concatenate(times),
         x_m=rng.uniform(-3000, 15000, knots),
         y_m=rng.uniform(-3000, 15000, knots),
-        edge=np.full(knots, -1),
         first_knot=np.concatenate(([0], np.cumsum(counts))),
         weight=rng.dirichlet(np.ones(count)),
         gone=rng.random(count) < 0.5,
