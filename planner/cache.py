@@ -21,7 +21,7 @@ from planner.locks import is_at, locked
 
 log = logging.getLogger(__name__)
 
-PARTS = ("nets", "futures", "compiled")
+PARTS = ("nets", "futures", "unfinished", "compiled")
 DIGESTS, RUNNING = "digests", "running"
 LARGEST_GB = 5.0
 FRESH_S = 60.0  # an entry's last use is noted no more often
@@ -87,8 +87,10 @@ def _record(entry: Path) -> Path:
 
 
 def _digest(entry: Path) -> str:
-    """Return the digest of a file, or of all files in a folder."""
-    files = sorted(entry.iterdir()) if entry.is_dir() else [entry]
+    """Return the digest of a file, or of all files in a folder but those that are being written."""
+    files = [entry]
+    if entry.is_dir():
+        files = sorted(file for file in entry.iterdir() if not file.name.startswith("."))
     digest = hashlib.sha256()
     for path in files:
         with path.open("rb") as file:

@@ -1,4 +1,7 @@
-"""What can go wrong, one class per remedy. The command line turns each into one line and exit 2."""
+"""What can go wrong, one class per remedy. The command line turns each into one line.
+
+The exit code is then 2; it is 1 if processes of our own have died.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -71,6 +74,10 @@ class NotApplicableError(PlannerError, ValueError):
 
 class SumoError(PlannerError, RuntimeError):
     """SUMO, netconvert or one of their libraries failed; the text is their own message."""
+
+
+class LostError(SumoError):
+    """A process that drives a particle died each time; the command line ends with 1."""
 
 
 class OutputError(PlannerError, RuntimeError):

@@ -4,6 +4,7 @@ A process that is killed cleans nothing up, but the system releases its locks: a
 whose lock is free has no owner any more, and the next command removes it (`sweep`).
 """
 
+import logging
 import os
 import re
 import shutil
@@ -21,6 +22,8 @@ from planner.interrupts import at_stop, undone_if_stopped
 
 if sys.platform != "win32":
     import fcntl
+
+log = logging.getLogger(__name__)
 
 NAME = re.compile(r"\.?planner-(?P<host>[0-9a-f]{8})-[0-9a-f]{12}")
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL
@@ -43,6 +46,24 @@ def locked(descriptor: int, *, shared: bool = False, wait: bool = False) -> bool
     except OSError:  # a file system without locks
         return None
     return True
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Have a folder alone, which is made if there is none; wait while another process has it."""
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            if locked(descriptor) is False:
+                log.warning("another command is at the same; waiting for it")
+                locked(descriptor, wait=True)
+            if is_at(folder, descriptor):
+                yield
+                return
+            # The other process has removed its folder meanwhile.
+        finally:
+            os.close(descriptor)
 
 
 @contextmanager

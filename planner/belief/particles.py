@@ -29,7 +29,7 @@ class Particles(Frozen):
     driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
-    # (N,) second of the signals' cycle at which the particle starts; left out: 0
+    # (N,) second on SUMO's clock, which its signals follow, at the target's time 0; left out: 0
     phase_s: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
@@ -51,8 +51,8 @@ class Particles(Frozen):
             phase_s=np.int32,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
-        columns |= {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
-        count = same_length(weight=self.weight, **columns)
+        columns |= {"target": self.target, "phase_s": self.phase_s}
+        count = same_length(weight=self.weight, gone=self.gone, **columns)
         edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
         offsets("first_edge", self.first_edge, count, edges)
         finite(start_m=self.start_m, depart_s=self.depart_s, speed_mps=self.speed_mps)

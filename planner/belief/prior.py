@@ -35,6 +35,7 @@ class Prior(Frozen):
     driving: Driving
     gone: bool  # True: vanishes at its route's end, False: rests there
     probability_present: float  # that the target exists at all
+    signals_known: bool = False  # True: time 0 is second 0 of the signals' programs
 
     def __post_init__(self) -> None:
         freeze(self, edge_probability=np.float64, turn_probability=np.float64)
@@ -77,6 +78,7 @@ def prior_of(
         driving=target.driving,
         gone=target.at_sink == "gone",
         probability_present=target.probability_present,
+        signals_known=target.signals == "known",
     )
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Floats, Offsets
+from planner.arrays import Floats, Ints, Offsets
 from planner.belief.distribution import Distribution, Listed, chosen
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior
@@ -24,10 +24,12 @@ from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
 from planner.messages import as_written, suggestion
 from planner.network.road_network import RoadNetwork
+from planner.network.signals import signal_cycle_s
 from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
 LARGEST_SEED = 2**31 - 1
+SETTLED_S = 301  # at second 300 SUMO goes once through all that it holds; after that it is quick
 
 
 def sample(
@@ -73,7 +75,9 @@ def sample(
         starts, routes = _joined(parts)
         weight = np.full(n, 1 / n)
     seed = seeds.integers(1, LARGEST_SEED, len(starts), endpoint=True)
-    return _particles(prior, starts, routes, weight * prior.probability_present, seed)
+    phase_s = _phases(prior, network, len(starts), seeds.spawn(1)[0])
+    present = weight * prior.probability_present
+    return _particles(prior, starts, routes, present, seed, phase_s)
 
 
 def predefined(
@@ -117,8 +121,20 @@ def predefined(
         )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
-    seed = rng.spawn(1)[0].integers(1, LARGEST_SEED, 1, endpoint=True)
-    return _particles(prior, start, routes, np.ones(1), seed)
+    seeds = rng.spawn(1)[0]
+    seed = seeds.integers(1, LARGEST_SEED, 1, endpoint=True)
+    phase_s = _phases(prior, network, 1, seeds.spawn(1)[0])
+    return _particles(prior, start, routes, np.ones(1), seed, phase_s)
+
+
+def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
+    """Return when on the signals' clock targets start, (n,) seconds: anywhere in the cycle.
+
+    All at one second would meet the same greens and drive in platoons, which plans would chase.
+    """
+    if prior.driving == "constant" or prior.signals_known:
+        return np.zeros(n, np.int32)
+    return (SETTLED_S + rng.integers(0, signal_cycle_s(network), n)).astype(np.int32)
 
 
 def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
@@ -216,7 +232,7 @@ def _values(numbers: Distribution | None, key: str) -> tuple[Floats, Floats]:
 
 
 def _particles(
-    prior: Prior, starts: Starts, routes: Routes, weight: Floats, seed: Offsets
+    prior: Prior, starts: Starts, routes: Routes, weight: Floats, seed: Offsets, phase_s: Ints
 ) -> Particles:
     n = len(starts)
     return Particles(
@@ -229,4 +245,5 @@ def _particles(
         seed=seed,
         gone=np.full(n, prior.gone),
         driving=prior.driving,
+        phase_s=phase_s,
     )

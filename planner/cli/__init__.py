@@ -11,12 +11,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
-from planner.errors import PlannerError, is_short_of_memory
+from planner.errors import LostError, PlannerError, is_short_of_memory
 from planner.interrupts import stopped_by_signals
 from planner.locks import sweep
 from planner.messages import as_line
 
 BAD_INPUT = 2
+LOST = 1  # a process that did part of the work died each time
 UNREAD = 128 + 13  # the reader has gone, as with ``| head``: silence
 
 DESCRIPTION = """\
@@ -78,7 +79,7 @@ class Command(Protocol):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code: 0 on success, 2 on bad input.
+    """Run one command and return its exit code: 0 on success, 2 on bad input, 1 if processes died.
 
     The process ends with 130 if Ctrl-C stops it.
     """
@@ -248,7 +249,7 @@ def _refused(error: Exception) -> int:
     with suppress(OSError):
         for line in lines:
             print(f"planner: {as_line(line)}", file=sys.stderr)
-    return BAD_INPUT
+    return LOST if isinstance(error, LostError) else BAD_INPUT
 
 
 def _forget_output() -> None:

@@ -1,32 +1,65 @@
 """Drives particles through SUMO and records their futures."""
 
 import logging
-from collections.abc import Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.checked import number, whole
-from planner.errors import InputError
-from planner.futures.edges_driven import EdgesDriven
+from planner.errors import InputError, SumoError
+from planner.futures.fcd import Samples, read_samples
 from planner.futures.futures import Futures
-from planner.futures.knots import DrivenRoutes, futures_of_samples
-from planner.futures.simulation import Run, Vehicle, simulate
-from planner.futures.workers import in_processes
+from planner.futures.kept import Kept
+from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
+from planner.futures.rides import Ride, Session, drive
+from planner.futures.simulation import Run, Vehicle
+from planner.futures.tracks import futures_of_tracks, tracks_of_rides
+from planner.futures.workers import cores, in_processes
+from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
 from planner.progress import Progress
+from planner.streams import stream
 
 log = logging.getLogger(__name__)
 
 # Constants of the recording, never derived from the number of workers: the same particles give
 # the same bytes on any machine.
 SHARED = 100  # particles in one run, where they can be kept from noticing each other
+SESSION = 100  # particles that share a session's seed, where each rides alone
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
-POINT_M = 0.02  # lengths in net files have two decimals
+LEAST_RIDES = 10  # for which it is worth to load a session
+TOWN_M = 5.0  # how far a future in a town may be from a sample
+LARGEST_SEED = 2**31 - 1
+
+
+class Way(NamedTuple):
+    """How particles are driven."""
+
+    together: bool  # many in one run; otherwise each in a fork of a loaded session
+    why: str
+
+
+def way_of(network: RoadNetwork, particles: Particles) -> Way:
+    """Return how particles are driven: the faster way where it is exact."""
+    if particles.driving != "constant":
+        return Way(False, "one fork of a loaded session each, as SUMO's driver heeds signals")
+    if not np.all(network.edge_lanes[particles.route_edge] == 1):
+        return Way(False, "one fork of a loaded session each, as roads have several lanes")
+    return Way(True, "in shared runs, as constant speeds on single lanes are exact there")
+
+
+class How(NamedTuple):
+    """What decides how particles are recorded; of the last three nothing in the result depends."""
+
+    horizon_s: float  # seconds on the target's clock up to which motion is recorded
+    tolerance_m: float | None = None  # how far a future may be from a sample; None: by the net
+    workers: int | None = None  # processes; None: one per core
+    progress: Progress | None = None  # called with the particles recorded so far and their number
 
 
 def record(
@@ -34,6 +67,7 @@ def record(
     particles: Particles,
     *,
     horizon_s: float,
+    tolerance_m: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Futures:
@@ -43,6 +77,9 @@ def record(
     ----------
     horizon_s
         Seconds on the target's clock up to which motion is recorded.
+    tolerance_m
+        How far a future may be from where SUMO had the particle at any second, metres. If not
+        given, futures on abstract nets are exact, and `TOWN_M` holds elsewhere.
     workers
         Processes; one per core if not given. They change nothing in the result.
     progress
@@ -53,84 +90,149 @@ def record(
     SumoError
         With SUMO's own message, or if a process that runs it dies.
     """
-    horizon_s = number("horizon_s", horizon_s, above=0.0)
-    workers = None if workers is None else whole("workers", workers, least=1)
     if len(particles) == 0:
         raise InputError("particles: there is none to record; draw at least one")
-    batches = _batches(network, particles)
-    parts: list[Futures] = []
-    drive = partial(record_batch, network, particles, horizon_s=horizon_s)
-    for part in in_processes(drive, batches, workers=workers):
-        parts.append(part)
-        if progress is not None:
-            progress(sum(map(len, parts)), len(particles))
-    return joined(parts, particles)
+    how = How(
+        number("horizon_s", horizon_s, above=0.0),
+        None if tolerance_m is None else number("tolerance_m", tolerance_m, above=0.0),
+        None if workers is None else whole("workers", workers, least=1),
+        progress,
+    )
+    return record_into(Kept(len(particles)), network, particles, how)
 
 
-def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
-    """Return batches of futures as one, with the particles' weights, ends and targets."""
-    counts = np.concatenate([np.diff(part.first_knot) for part in parts])
-    return Futures(
-        time_s=np.concatenate([part.time_s for part in parts]),
-        x_m=np.concatenate([part.x_m for part in parts]),
-        y_m=np.concatenate([part.y_m for part in parts]),
-        first_knot=np.concatenate(([0], np.cumsum(counts))),
-        weight=particles.weight,
-        gone=particles.gone,
-        target=particles.target,
-        edges=EdgesDriven.joined([part.edges for part in parts]),
+def record_into(kept: Kept, network: RoadNetwork, particles: Particles, how: How) -> Futures:
+    """Return the futures of particles, of which some may be recorded already; keep the others."""
+    way = way_of(network, particles)
+    workers = how.workers or cores()
+    log.info("%d particles are driven %s", len(kept.missing), way.why)
+    batches = list(_batches(network, particles, kept.missing, way, how.horizon_s, workers))
+    answers = in_processes(drive, [task for _, task in batches], workers=workers)
+    for (batch, task), answer in zip(batches, answers, strict=True):
+        kept.keep(batch, _collected(network, particles, task, answer, how.tolerance_m))
+        if how.progress is not None:
+            how.progress(len(particles) - len(kept.missing), len(particles))
+    return replace(
+        kept.all(), weight=particles.weight, gone=particles.gone, target=particles.target
     )
 
 
-def _batches(network: RoadNetwork, particles: Particles) -> list[Offsets]:
-    """Particles that may share a run: many where nothing but their own speed drives them."""
-    one_lane = bool(np.all(network.edge_lanes[particles.route_edge] == 1))
-    size = SHARED if particles.driving == "constant" and one_lane else 1
-    return [np.arange(i, min(i + size, len(particles))) for i in range(0, len(particles), size)]
+def _batches(
+    network: RoadNetwork,
+    particles: Particles,
+    missing: Offsets,
+    way: Way,
+    horizon_s: float,
+    workers: int,
+) -> Iterator[tuple[Offsets, Run | Session]]:
+    """Yield which particles each task drives, and the task."""
+    size = SHARED if way.together else SESSION
+    number, first = np.unique(missing // size, return_index=True)
+    for session, some in zip(number.tolist(), np.split(missing, first[1:]), strict=True):
+        if way.together:
+            # In a shared run all take part, or none: they share SUMO's random numbers.
+            whole_run = np.arange(session * size, min((session + 1) * size, len(particles)))
+            yield whole_run, _run(network, particles, whole_run, horizon_s)
+            continue
+        seed = session_seed(particles, session)
+        by_phase = some[np.argsort(particles.phase_s[some], kind="stable")]
+        for part in np.array_split(by_phase, _shares(len(some), len(number), workers)):
+            yield part, session_of(network, particles, part, seed, horizon_s)
 
 
-def record_batch(
-    network: RoadNetwork, particles: Particles, batch: Offsets, *, horizon_s: float
-) -> Futures:
-    """Return the futures of some particles, out of one SUMO run; weights are not theirs yet."""
-    run = _run(network, particles, batch, horizon_s)
-    samples = simulate(network, run)
-    numbers = [batch[int(name)] for name in samples.names]
-    constant = particles.driving == "constant"
-    routes = DrivenRoutes(
-        [particles.route(k) for k in numbers],
-        [particles.speeds(k) for k in numbers] if constant else None,
-    )
-    futures = futures_of_samples(samples, network, routes=routes, ended=(horizon_s, run.step_s))
-    return futures.take(np.argsort(numbers))
+def session_seed(particles: Particles, session: int) -> int:
+    """Return SUMO's seed for a session, of which there is one per `SESSION` particles."""
+    rng = stream(int(particles.seed[0]), "session", session)
+    return int(rng.integers(1, LARGEST_SEED, endpoint=True))
+
+
+def _shares(rides: int, sessions: int, workers: int) -> int:
+    """Return into how many tasks a session is parted, each of which loads it: none waits idly."""
+    return max(1, min(-(-workers // sessions), rides // LEAST_RIDES))
 
 
 def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float) -> Run:
-    constant = particles.driving == "constant"
-    vehicles = tuple(_vehicle(network, particles, k, str(i)) for i, k in enumerate(batch.tolist()))
     return Run(
-        vehicles=vehicles,
-        free=not constant,
+        net=network.path,
+        given_as=network.given_as,
+        vehicles=_vehicles(network, particles, batch),
         seed=int(particles.seed[batch[0]]),
-        step_s=STRAIGHT_STEP_S if constant and _is_abstract(network) else STEP_S,
+        step_s=STRAIGHT_STEP_S if network.is_abstract else STEP_S,
         end_s=horizon_s,
     )
 
 
-def _is_abstract(network: RoadNetwork) -> bool:
-    """Return whether edges run straight from node to node: junctions are points, all is exact."""
-    straight = len(network.shape_xy_m) == 2 * len(network.road_ids)
-    away_m = network.edge_length_m - network.road_length_m[network.edge_road]
-    return straight and bool(np.all(np.abs(away_m) <= POINT_M))
+def session_of(
+    network: RoadNetwork, particles: Particles, batch: Offsets, seed: int, horizon_s: float
+) -> Session:
+    """Return the session in which each of some particles rides alone."""
+    return Session(
+        net=network.path,
+        given_as=network.given_as,
+        vehicles=_vehicles(network, particles, batch),
+        phases_s=tuple(particles.phase_s[batch].tolist()),
+        free=particles.driving == "free",
+        seed=seed,
+        step_s=STEP_S,
+        end_s=horizon_s,
+    )
 
 
-def _vehicle(network: RoadNetwork, particles: Particles, k: int, name: str) -> Vehicle:
+def _vehicles(network: RoadNetwork, particles: Particles, batch: Offsets) -> tuple[Vehicle, ...]:
+    return tuple(_vehicle(network, particles, k) for k in batch.tolist())
+
+
+def _vehicle(network: RoadNetwork, particles: Particles, k: int) -> Vehicle:
     route: Any = particles.route(k)
     return Vehicle(
-        name=name,
+        name=str(k),
         edges=tuple(network.edge_ids[edge] for edge in route),
         speeds_mps=tuple(particles.speeds(k).tolist()),
         lengths_m=tuple(network.edge_length_m[route].tolist()),
         start_m=float(particles.start_m[k]),
         depart_s=float(particles.depart_s[k]),
     )
+
+
+def _collected(
+    network: RoadNetwork,
+    particles: Particles,
+    task: Run | Session,
+    answer: bytes | list[Ride],
+    tolerance_m: float | None,
+) -> Futures:
+    """Return the futures of the particles that a task drove; weights are not theirs yet."""
+    if isinstance(task, Session):
+        assert isinstance(answer, list)
+        exact_m = TOLERANCE_M if network.is_abstract else TOWN_M
+        tracks = tracks_of_rides(answer, network, step_s=task.step_s)
+        return futures_of_tracks(tracks, tolerance_m=tolerance_m or exact_m)
+    assert isinstance(answer, bytes)
+    samples = _samples(task, answer, network)
+    numbers = np.array([int(name) for name in samples.names])
+    routes = DrivenRoutes(
+        [particles.route(k) for k in numbers], [particles.speeds(k) for k in numbers]
+    )
+    ended = (task.end_s, task.step_s)
+    futures = futures_of_samples(
+        samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m or TOLERANCE_M
+    )
+    return futures.take(np.argsort(numbers))
+
+
+def _samples(run: Run, content: bytes, network: RoadNetwork) -> Samples:
+    """Return what SUMO recorded of a shared run.
+
+    Raises
+    ------
+    SumoError
+        If a vehicle never entered the net.
+    """
+    with temporary_folder() as work:
+        path = work / "fcd.parquet"
+        path.write_bytes(content)
+        samples = read_samples(path, network)
+    missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
+    if missing:
+        raise SumoError(f"SUMO never let particle {min(missing)} into {network.given_as}")
+    return samples

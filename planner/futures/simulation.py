@@ -1,7 +1,6 @@
-"""SUMO drives particles; the only user of libsumo.
+"""SUMO drives vehicles together, where it can be made to ignore all others; the door to libsumo.
 
-Particles must never meet. In a batch they share one run only where SUMO can be made to ignore
-all others: at constant speed on nets of one lane. Elsewhere a batch is a single particle.
+That is at constant speed on nets of one lane. Elsewhere each rides alone (`rides`).
 """
 
 import os
@@ -14,13 +13,12 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from planner.errors import InputError, SumoError, is_short_of_memory
-from planner.futures.fcd import Samples, read_samples
+from planner.errors import SumoError, is_short_of_memory
 from planner.locks import temporary_folder
-from planner.network.road_network import RoadNetwork
 from planner.network.sumo import MESSAGES, sumo_environment
 
 SLICE_S = 0.2  # of wall time between two answers to Ctrl-C
+PARQUET = b"PAR1"  # with which such files begin and end
 LEAST_BYTES = 1 << 20  # free, where SUMO records
 LIBRARIES = "libgl1 libx11-6 libxext6 libxrender1 libatomic1"
 
@@ -39,45 +37,51 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Run:
-    """One SUMO run: vehicles that do not notice each other, and how they are driven."""
+    """One SUMO run: vehicles that do not notice each other, at their drawn speeds."""
 
+    net: Path
+    given_as: Path  # the file that messages name
     vehicles: tuple[Vehicle, ...]
-    free: bool  # SUMO's driver; otherwise the drawn speed and nothing else
     seed: int
     step_s: float
     end_s: float
 
 
-def simulate(network: RoadNetwork, run: Run) -> Samples:
-    """Return what SUMO's floating car data says of each vehicle at each step of a run.
+def drive_together(run: Run) -> bytes:
+    """Return SUMO's floating car data of each vehicle at each step of a run, as a Parquet file.
 
     Raises
     ------
     SumoError
-        With SUMO's own message, or if a vehicle never entered the net.
+        With SUMO's own message, or if SUMO wrote no whole file.
     """
-    sumo_environment()
     with temporary_folder() as work:
+        link = plain_link(run.net, work)
         # Characters beyond ASCII by their numbers: read alike in every locale.
         routes = "\n".join(_route_file(run)).encode("ascii", "xmlcharrefreplace")
         (work / "routes.xml").write_bytes(routes)
-        # SUMO parts paths at commas and puts variables into them.
-        link = work / f"net{'.net.xml.gz' if network.path.suffix == '.gz' else '.net.xml'}"
-        link.symlink_to(network.path.resolve())
-        with _own_message(work / "errors.txt", link, network.given_as):
+        with own_message(work / "errors.txt", link, run.given_as):
             _drive(run, _options(link, run, work))
-        try:
-            samples = read_samples(work / "fcd.parquet", network)
-        except InputError as error:
-            raise SumoError(_no_motion(work, network.given_as)) from error
-    missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
-    if missing:
-        raise SumoError(f"SUMO never let particle {min(missing)} into {network.given_as}")
-    return samples
+        recorded = work / "fcd.parquet"
+        if not recorded.is_file() or not _is_whole(content := recorded.read_bytes()):
+            raise SumoError(_no_motion(work, run.given_as))
+    return content
+
+
+def _is_whole(content: bytes) -> bool:
+    """Return whether a Parquet file has its end: SUMO does not notice when it cannot write."""
+    return len(content) > 2 * len(PARQUET) and content.endswith(PARQUET)
+
+
+def plain_link(net: Path, work: Path) -> Path:
+    """Return a link to a net without what SUMO takes for more: it parts paths at commas."""
+    link = work / f"net{'.net.xml.gz' if net.suffix == '.gz' else '.net.xml'}"
+    link.symlink_to(net.resolve())
+    return link
 
 
 def _no_motion(work: Path, net: object) -> str:
-    """Return why SUMO's file is cut: it does not notice when it cannot write."""
+    """Return why SUMO's file is cut."""
     if shutil.disk_usage(work).free < LEAST_BYTES:
         return f"no space left in {work.parent} for what SUMO records; set TMPDIR to another folder"
     return f"SUMO recorded no motion on {net}"
@@ -127,21 +131,19 @@ def _route_file(run: Run) -> Iterator[str]:
     yield "<routes>"
     for vehicle in run.vehicles:
         speed = max(vehicle.speeds_mps)
-        # SUMO's own driver keeps its imperfection; a constant speed has none.
-        driver = "" if run.free else 'sigma="0"'
         name = quoteattr(vehicle.name)
         yield (
-            f'<vType id={name} maxSpeed="{speed!r}" speedFactor="1" speedDev="0" {driver}/>'
+            f'<vType id={name} maxSpeed="{speed!r}" speedFactor="1" speedDev="0" sigma="0"/>'
             f'<vehicle id={name} type={name} depart="{vehicle.depart_s!r}" departLane="best" '
             f'departPos="{vehicle.start_m!r}" insertionChecks="none" '
-            f'departSpeed="{"desired" if run.free else 0}">'
+            'departSpeed="0">'
             f"<route edges={quoteattr(' '.join(vehicle.edges))}/></vehicle>"
         )
     yield "</routes>"
 
 
 @contextmanager
-def _own_message(errors: Path, link: Path, net: Path) -> Iterator[None]:
+def own_message(errors: Path, link: Path, net: Path) -> Iterator[None]:
     """Put SUMO's own words in the place of libsumo's "Process Error"."""
     libsumo = import_libsumo()
     try:
@@ -184,19 +186,14 @@ def _drive(run: Run, options: list[str]) -> None:
         while waiting and libsumo.simulation.getTime() <= run.end_s:
             libsumo.simulationStep()
             for name in libsumo.simulation.getDepartedIDList():
-                _take_the_wheel(libsumo, waiting.pop(name), free=run.free)
+                libsumo.vehicle.setSpeedMode(name, 0)
+                libsumo.vehicle.setSpeed(name, waiting.pop(name).speeds_mps[0])
         if any(len(set(vehicle.speeds_mps)) > 1 for vehicle in run.vehicles):
             _drive_speed_by_road(libsumo, run)
         else:
             _run_on(libsumo, run)
     finally:
         libsumo.close()
-
-
-def _take_the_wheel(libsumo: Any, vehicle: Vehicle, *, free: bool) -> None:
-    if not free:
-        libsumo.vehicle.setSpeedMode(vehicle.name, 0)
-        libsumo.vehicle.setSpeed(vehicle.name, vehicle.speeds_mps[0])
 
 
 def _run_on(libsumo: Any, run: Run) -> None:
@@ -218,9 +215,7 @@ def _drive_speed_by_road(libsumo: Any, run: Run) -> None:
     while libsumo.simulation.getTime() <= run.end_s and _someone_drives(libsumo):
         for name in libsumo.vehicle.getIDList():
             index = libsumo.vehicle.getRouteIndex(name)
-            if run.free:
-                libsumo.vehicle.setMaxSpeed(name, by_name[name].speeds_mps[index])
-            elif not libsumo.vehicle.getRoadID(name).startswith(":"):
+            if not libsumo.vehicle.getRoadID(name).startswith(":"):
                 along_m = libsumo.vehicle.getLanePosition(name)
                 speed = step_speed(by_name[name], index, along_m, run.step_s)
                 libsumo.vehicle.setSpeed(name, speed)

@@ -3,9 +3,11 @@
 import hashlib
 import json
 import logging
+import os
+import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +22,14 @@ from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import Futures
+from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
-from planner.futures.record import record
+from planner.futures.record import How, record_into
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
+from planner.interrupts import undone_if_stopped
+from planner.locks import held
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import dictionary, read_table, write_table
@@ -76,13 +81,26 @@ def recorded(
         except InputError as error:
             log.info("the cache was damaged (%s)", error)
     particles = recipe.particles(network)
-    futures = record(
-        network, particles, horizon_s=recipe.horizon_s, workers=workers, progress=progress
-    )
-    with results_written_whole(folder, force=True) as new:
-        write_recording(new, futures, particles, network, described)
-    seal(folder)
+    unfinished = cache_folder("unfinished") / folder.name
+    with held(unfinished):
+        if not is_whole(folder):  # another command may have recorded the same meanwhile
+            kept = Kept(len(particles), unfinished)
+            with undone_if_stopped(partial(_say_kept, kept)):
+                how = How(recipe.horizon_s, None, workers, progress)
+                futures = record_into(kept, network, particles, how)
+            with results_written_whole(folder, force=True) as new:
+                write_recording(new, futures, particles, network, described)
+            seal(folder)
+        shutil.rmtree(unfinished, ignore_errors=True)
     return _read_kept(folder / KNOTS, network)
+
+
+def _say_kept(kept: Kept) -> None:
+    """Say, where a recording is stopped, that it goes on later."""
+    some = kept.count - len(kept.missing)
+    if some:
+        text = f"planner: {some:,} of {kept.count:,} particles are recorded and kept\n"
+        os.write(2, text.encode())  # not by way of sys.stderr, which the main thread may hold
 
 
 def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str]:

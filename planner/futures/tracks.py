@@ -1,15 +1,17 @@
 """From motion sampled in towns, with the edges driven, to futures of few knots."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.belief.particles import Particles
 from planner.checked import finite, number, offsets, same_length
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
+from planner.futures.rides import Ride
+from planner.network.road_network import RoadNetwork
 
 
 class Tracks(NamedTuple):
@@ -24,8 +26,56 @@ class Tracks(NamedTuple):
     change_edge: Ints  # (C,) the edge driven from then on
 
 
-def futures_of_tracks(tracks: Tracks, particles: Particles, *, tolerance_m: float) -> Futures:
-    """Return the futures of tracks, one per particle, with the particles' weights and ends.
+def tracks_of_rides(rides: Sequence[Ride], network: RoadNetwork, *, step_s: float) -> Tracks:
+    """Return what vehicles did as columns; the inside of a junction counts to the edge after it.
+
+    Parameters
+    ----------
+    step_s
+        Between two samples of a ride.
+    """
+    motion = [_motion(ride, step_s) for ride in rides]
+    changes = [_changes(ride, network, step_s) for ride in rides]
+    time_s, x_m, y_m = np.concatenate(motion).T
+    rows = np.array([row for some in changes for row in some], dtype=np.float64).reshape(-1, 2)
+    return Tracks(
+        first_sample=np.cumsum([0, *map(len, motion)]),
+        time_s=time_s,
+        x_m=x_m,
+        y_m=y_m,
+        first_change=np.cumsum([0, *map(len, changes)]),
+        change_s=rows[:, 0],
+        change_edge=rows[:, 1].astype(np.int32),
+    )
+
+
+def _motion(ride: Ride, step_s: float) -> Floats:
+    """Return time, x and y of a ride's samples, its arrival among them, (S, 3)."""
+    xy_m = np.frombuffer(ride.xy_m, np.float64).reshape(-1, 2)
+    time_s = ride.from_s + step_s * np.arange(len(xy_m))
+    sampled = np.column_stack([time_s, xy_m])
+    if ride.arrival is None:
+        return sampled
+    after_s, x_m, y_m = ride.arrival
+    return np.vstack([sampled, [time_s[-1] + after_s, x_m, y_m]])
+
+
+def _changes(ride: Ride, network: RoadNetwork, step_s: float) -> list[tuple[float, int]]:
+    """Return when a vehicle came onto which edge."""
+    found: list[tuple[float, int]] = []
+    entered: int | None = None  # the sample at which it came into the junction before an edge
+    for sample, road in ride.roads:
+        if road.startswith(":"):
+            entered = sample if entered is None else entered
+            continue
+        since = sample if entered is None else entered
+        found.append((ride.from_s + step_s * since, network.edge_index[road]))
+        entered = None
+    return found
+
+
+def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
+    """Return the futures of tracks, one per particle; all weigh the same and stay.
 
     At the time of every sample a future is within the tolerance of it. A change of edge needs no
     knot.
@@ -38,12 +88,13 @@ def futures_of_tracks(tracks: Tracks, particles: Particles, *, tolerance_m: floa
     Raises
     ------
     InputError
-        If columns do not fit each other or the particles, or times do not rise.
+        If columns do not fit each other, or times do not rise.
     """
     tolerance_m = number("tolerance_m", tolerance_m, above=0.0)
     samples = same_length(time_s=tracks.time_s, x_m=tracks.x_m, y_m=tracks.y_m)
     first = np.array(tracks.first_sample, np.int64)
-    offsets("first_sample", first, len(particles), samples)
+    offsets("first_sample", first, max(0, len(first) - 1), samples)
+    count = len(first) - 1
     # Copies, which are all of the one kind that compiled code is made for.
     columns = [np.array(column, np.float64) for column in (tracks.time_s, tracks.x_m, tracks.y_m)]
     time_s, x_m, y_m = columns
@@ -54,8 +105,7 @@ def futures_of_tracks(tracks: Tracks, particles: Particles, *, tolerance_m: floa
         x_m=x_m[stays],
         y_m=y_m[stays],
         first_knot=np.concatenate(([0], np.cumsum(stays)))[first],
-        weight=particles.weight,
-        gone=particles.gone,
-        target=particles.target,
+        weight=np.full(count, 1.0 / count),
+        gone=np.zeros(count, dtype=bool),
         edges=EdgesDriven(tracks.first_change, tracks.change_s, tracks.change_edge),
     )

@@ -7,10 +7,12 @@ program, which ends it.
 
 import atexit
 import contextlib
+import logging
 import os
 import pickle
 import subprocess
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,17 +20,20 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
-from planner.errors import SumoError
+from planner.errors import LostError
 from planner.interrupts import at_stop
 from planner.locks import temporary_folder
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
+log = logging.getLogger(__name__)
+
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
 
 _idle: list["_Worker"] = []  # started earlier, to be used again
 _all: set["_Worker"] = set()
+_stopping = threading.Event()  # set when the program ends: no process takes another's place
 
 
 def in_processes(
@@ -45,22 +50,33 @@ def in_processes(
 
     Raises
     ------
-    SumoError
-        If a process dies.
+    LostError
+        If a process dies, and the one that takes its place too.
     """
     team = _team(min(workers or cores(), len(tasks)))
     free: SimpleQueue[_Worker] = SimpleQueue()
+    over = threading.Event()
 
     def done(task: Task) -> Answer:
         worker = free.get()
         try:
             answer: Answer = worker.call(task)
+        except LostError as error:
+            if worker.alive or over.is_set() or _stopping.is_set():
+                raise
+            log.warning("%s; started again", error)
+            team.remove(worker)
+            worker.kill()
+            worker = _Worker()
+            team.append(worker)
+            worker.begin(function)
+            answer = worker.call(task)
         finally:
             free.put(worker)
         return answer
 
     try:
-        with ThreadPoolExecutor(len(team)) as threads, _killed_on_failure(team):
+        with ThreadPoolExecutor(len(team)) as threads, _killed_on_failure(team, over):
             list(threads.map(lambda worker: worker.begin(function), team))
             for worker in team:
                 free.put(worker)
@@ -88,6 +104,7 @@ def dismiss() -> None:
 
 def _kill_all() -> None:
     """End all processes without waiting for their ends, as is due when the program is stopped."""
+    _stopping.set()
     for worker in list(_all):
         worker.process.kill()
 
@@ -105,12 +122,13 @@ def _team(size: int) -> list["_Worker"]:
 
 
 @contextlib.contextmanager
-def _killed_on_failure(team: Sequence["_Worker"]) -> Iterator[None]:
+def _killed_on_failure(team: Sequence["_Worker"], over: threading.Event) -> Iterator[None]:
     """End all at once if one fails; otherwise the others would finish what they are at."""
     try:
         yield
     except BaseException:
-        for worker in team:
+        over.set()
+        for worker in list(team):
             worker.kill()
         raise
 
@@ -122,7 +140,7 @@ class _Worker:
         self._stack = contextlib.ExitStack()
         folder = self._stack.enter_context(temporary_folder())
         self._said = folder / "said.txt"
-        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
+        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)) | _lean()
         with self._said.open("wb") as said:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", _program()],
@@ -164,7 +182,7 @@ class _Worker:
             asked.flush()
             return pickle.load(answered)
         except (EOFError, OSError, pickle.UnpicklingError) as error:
-            raise SumoError(self._last_words()) from error
+            raise LostError(self._last_words()) from error
 
     def _last_words(self) -> str:
         code = self.process.wait()
@@ -172,9 +190,20 @@ class _Worker:
         lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
         said = f": {lines[-1].strip()}" if lines else ""
         return (
-            f"a process that runs SUMO {how}{said}; run it again, with fewer --jobs if memory "
-            "is short"
+            f"a process that runs SUMO {how}{said}; what is recorded is kept: run it again, with "
+            "fewer --jobs if memory is short"
         )
+
+
+def _lean() -> dict[str, str]:
+    """Return what keeps a process without threads and quick to fork.
+
+    NumPy, which comes with libsumo, would start threads; huge pages are copied by the hundred.
+    """
+    known = os.environ.get("GLIBC_TUNABLES")
+    tunables = ":".join(filter(None, [known, "glibc.malloc.hugetlb=1"]))
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return {"GLIBC_TUNABLES": tunables, **threads}
 
 
 def _program() -> str:

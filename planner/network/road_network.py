@@ -10,6 +10,8 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
 from planner.checked import finite, indices, lengths, offsets
 from planner.errors import InputError
 
+POINT_M = 0.02  # lengths in net files have two decimals
+
 
 @dataclass(frozen=True, eq=False)
 class RoadNetwork(Frozen):
@@ -127,6 +129,13 @@ class RoadNetwork(Frozen):
     def credit(self) -> dict[str, str]:
         """Whose data it is, as files hold it: an entry, or none where nothing has to be said."""
         return {"attribution": self.attribution} if self.attribution else {}
+
+    @cached_property
+    def is_abstract(self) -> bool:
+        """Whether edges run straight from node to node: junctions are points, all is exact."""
+        straight = len(self.shape_xy_m) == 2 * len(self.road_ids)
+        away_m = self.edge_length_m - self.road_length_m[self.edge_road]
+        return straight and bool(np.all(np.abs(away_m) <= POINT_M))
 
     @cached_property
     def closed_edges(self) -> frozenset[str]:

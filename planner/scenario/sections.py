@@ -90,6 +90,10 @@ class TargetSection(Section):
         description='"equal", { AB = { BC = 0.5, BD = 0.5 } } or { file = "turns.xml" }',
     )
     driving: Literal["constant", "free"] = "constant"
+    signals: Literal["unknown", "known"] | None = Field(
+        default=None,
+        description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
+    )
     at_sink: Literal["stays", "gone"] = "stays"
     probability_present: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = Field(
         default=1.0,

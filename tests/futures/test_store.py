@@ -107,7 +107,7 @@ def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.Monkey
     particles = walkers(network, 4, np.random.default_rng(2), start="r0c0-r0c1", roads=2)
     first = recorded(network, Given(particles, 900.0), scenario={"a": 1}, workers=1)
     assert (empty_cache / "futures").is_dir()
-    monkeypatch.setattr(store, "record", lambda *_, **__: pytest.fail("recorded again"))
+    monkeypatch.setattr(store, "record_into", lambda *_, **__: pytest.fail("recorded again"))
     again = recorded(network, Given(particles, 900.0), scenario={"a": 1})
     np.testing.assert_array_equal(again.futures.time_s, first.futures.time_s)
 
@@ -158,6 +158,7 @@ OTHER_PRIOR = {
     "driving": "free",
     "gone": True,
     "probability_present": 0.5,
+    "signals_known": True,
 }
 OTHER_TARGET = {
     "prior": replace(drawn().prior, driving="free"),

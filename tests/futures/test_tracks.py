@@ -1,26 +1,10 @@
 """Futures of sampled motion: few knots, and edges that need none."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from planner.belief.particles import Particles
 from planner.errors import InputError
 from planner.futures.tracks import Tracks, futures_of_tracks
-
-PARTICLES = Particles(
-    weight=[0.3, 0.5, 0.1],
-    start_m=[0.0] * 3,
-    depart_s=[0.0] * 3,
-    first_edge=[0, 1, 2, 3],
-    route_edge=[0] * 3,
-    speed_mps=[10.0] * 3,
-    seed=[1] * 3,
-    gone=[False, True, False],
-    driving="free",
-    target=[0, 1, 0],
-)
 
 
 def tracks() -> Tracks:
@@ -40,11 +24,9 @@ def tracks() -> Tracks:
 
 
 def test_knots_are_few_and_edges_are_kept() -> None:
-    futures = futures_of_tracks(tracks(), PARTICLES, tolerance_m=2.0)
+    futures = futures_of_tracks(tracks(), tolerance_m=2.0)
     assert np.diff(futures.first_knot).tolist() == [3, 0, 2]
     assert abs(futures.time_s[1] - 60.0) < 1.0
-    for column in ("weight", "gone", "target"):
-        assert getattr(futures, column).tolist() == getattr(PARTICLES, column).tolist()
     edges = [futures.edges.at(t).tolist() for t in (-1.0, 0.0, 29.4, 29.5, 60.3, 1e6)]
     assert edges == [[-1] * 3, [7, -1, 3], [7, -1, 3], [8, -1, 3], [9, -1, 3], [9, -1, 3]]
     for t, x_m, y_m in zip(*tracks()[1:4], strict=True):
@@ -54,7 +36,7 @@ def test_knots_are_few_and_edges_are_kept() -> None:
 
 def test_the_tolerance_decides() -> None:
     counts = [
-        len(futures_of_tracks(tracks(), PARTICLES, tolerance_m=tolerance_m).time_s)
+        len(futures_of_tracks(tracks(), tolerance_m=tolerance_m).time_s)
         for tolerance_m in (0.01, 0.3, 2.0, 1000.0)
     ]
     assert counts == sorted(counts, reverse=True)
@@ -68,16 +50,16 @@ def test_the_tolerance_decides() -> None:
         ({"time_s": tracks().time_s[::-1]}, "times must rise"),
         ({"x_m": np.full(131, np.nan)}, "x_m: holds NaN"),
         ({"y_m": np.zeros(3)}, "y_m: has the shape"),
-        ({"first_sample": np.array([0, 131])}, "first_sample"),
+        ({"first_sample": np.array([0, 90, 90, 130])}, "first_sample"),
         ({"first_change": np.array([0, 3, 4])}, "edges.first_change: should rise"),
         ({"change_s": np.zeros(4)}, "comes onto edges at 0 and 0 s"),
     ],
 )
 def test_nonsense_is_refused(changed: dict[str, np.ndarray], told: str) -> None:
     with pytest.raises(InputError, match=told):
-        futures_of_tracks(tracks()._replace(**changed), PARTICLES, tolerance_m=1.0)
+        futures_of_tracks(tracks()._replace(**changed), tolerance_m=1.0)
 
 
 def test_a_tolerance_is_above_zero() -> None:
     with pytest.raises(InputError, match="tolerance_m"):
-        futures_of_tracks(tracks(), replace(PARTICLES), tolerance_m=0.0)
+        futures_of_tracks(tracks(), tolerance_m=0.0)

@@ -1,0 +1,339 @@
+"""One loaded SUMO session, one fork of it per ride: vehicles that never meet.
+
+To load a town's net takes as long as to drive tens of vehicles through it. A fork is an exact copy
+of the loaded session: what a vehicle does in it is, to the last bit, what it does in a SUMO that is
+loaded anew for it. The process that forks imports neither numba nor pyarrow nor pandas and has no
+threads, so that forks are quick and sound.
+"""
+
+import gc
+import logging
+import math
+import os
+import pickle
+import select
+import signal
+import sys
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from planner.errors import LostError, PlannerError, SumoError
+from planner.futures.simulation import (
+    Run,
+    Vehicle,
+    drive_together,
+    import_libsumo,
+    own_message,
+    plain_link,
+    step_speed,
+)
+from planner.locks import temporary_folder
+
+log = logging.getLogger(__name__)
+
+RIDER = "rider"  # the name of the only vehicle, of its type and of its route
+SHORT_M = 0.1  # before the end of an edge, where a vehicle can still be set down
+CHUNK = 1 << 20  # bytes read from a fork at once
+CAN_FORK = hasattr(os, "fork")
+TRIES = 2  # of a ride whose process dies
+
+Arrival = tuple[float, float, float]  # seconds after the last sample, x and y in metres
+
+
+@dataclass(frozen=True)
+class Session:
+    """Vehicles that are driven one by one, each in its own copy of one loaded SUMO."""
+
+    net: Path
+    given_as: Path  # the file that messages name
+    vehicles: tuple[Vehicle, ...]
+    phases_s: tuple[int, ...]  # the second of the signals at which each one's time 0 is
+    free: bool  # SUMO's driver; otherwise the drawn speed and nothing else
+    seed: int  # of SUMO, for all of them
+    step_s: float
+    end_s: float  # on the vehicles' clock
+
+
+@dataclass(frozen=True)
+class Ride:
+    """What one vehicle did."""
+
+    xy_m: bytes  # float64 x, y, one pair per step from the first one on, in metres
+    from_s: float  # when it was set down, on its own clock
+    roads: tuple[tuple[int, str], ...] = field(repr=False)  # from which sample on it is on an edge
+    arrival: Arrival | None  # at its route's end
+
+
+def drive(task: Run | Session) -> bytes | list[Ride]:
+    """Do what a worker is there for: drive together, or one by one."""
+    return drive_together(task) if isinstance(task, Run) else drive_session(task)
+
+
+def drive_session(session: Session, *, forks: bool = CAN_FORK) -> list[Ride]:
+    """Return each vehicle's ride, in their order.
+
+    Parameters
+    ----------
+    forks
+        Otherwise SUMO is loaded anew for each vehicle, to the same effect.
+
+    Raises
+    ------
+    SumoError
+        With SUMO's own message, or if a vehicle never entered the net.
+    LostError
+        If the process of a ride dies twice.
+    """
+    order = sorted(range(len(session.vehicles)), key=lambda k: (session.phases_s[k], k))
+    drive = _in_forks if forks else _in_fresh_loads
+    with temporary_folder() as work:
+        link = plain_link(session.net, work)
+        with own_message(work / "errors.txt", link, session.given_as):
+            rides = dict(drive(session, link, order))
+    return [rides[k] for k in range(len(session.vehicles))]
+
+
+def _in_forks(session: Session, link: Path, order: list[int]) -> Iterator[tuple[int, Ride]]:
+    libsumo = import_libsumo()
+    libsumo.start(_options(session, link))
+    try:
+        _make_type(libsumo, session)
+        gc.collect()
+        gc.freeze()  # else the collector would touch, and so copy, all pages of every fork
+        gc.disable()
+        now_s = 0
+        for k in order:
+            now_s = _step_on(libsumo, session, now_s, k)
+            yield k, _forked(libsumo, session, k)
+    finally:
+        gc.enable()
+        gc.unfreeze()
+        libsumo.close()
+
+
+def _in_fresh_loads(session: Session, link: Path, order: list[int]) -> Iterator[tuple[int, Ride]]:
+    libsumo = import_libsumo()
+    for k in order:
+        libsumo.start(_options(session, link))
+        try:
+            _make_type(libsumo, session)
+            _step_on(libsumo, session, 0, k)
+            yield k, _ride(libsumo, session, k)
+        finally:
+            libsumo.close()
+
+
+def _step_on(libsumo: Any, session: Session, now_s: int, k: int) -> int:
+    """Take the empty net on to the second of the signals at which a vehicle sets out."""
+    phase_s = session.phases_s[k]
+    for _ in range(round((phase_s - now_s) / session.step_s)):
+        libsumo.simulationStep()
+    return phase_s
+
+
+def _options(session: Session, net: Path) -> list[str]:
+    given = {
+        "net-file": net,
+        "step-length": session.step_s,
+        "seed": session.seed,
+        "time-to-teleport": -1,
+        "collision.action": "none",
+        "no-step-log": "true",
+        "no-warnings": "true",
+    }
+    return ["sumo"] + [f"--{key}={value}" for key, value in given.items()]
+
+
+def _make_type(libsumo: Any, session: Session) -> None:
+    libsumo.vehicletype.copy("DEFAULT_VEHTYPE", RIDER)
+    libsumo.vehicletype.setSpeedDeviation(RIDER, 0.0)
+    if not session.free:
+        # SUMO's own driver keeps its imperfection; a constant speed has none.
+        libsumo.vehicletype.setImperfection(RIDER, 0.0)
+
+
+def _ride(libsumo: Any, session: Session, k: int) -> Ride:
+    """Set a vehicle down and drive it to its end, or to that of the session."""
+    vehicle = session.vehicles[k]
+    from_s = _set_down(libsumo, session, vehicle)
+    steer = _steering(libsumo, session, vehicle)
+    step, place, road_of = (
+        libsumo.simulation.step,
+        libsumo.vehicle.getPosition,
+        libsumo.vehicle.getRoadID,
+    )
+    xy_m, roads = array("d", place(RIDER)), [(0, road_of(RIDER))]
+    goal, before_end = vehicle.edges[-1], None
+    for sample in range(1, 1 + int((session.end_s - from_s) / session.step_s)):
+        if steer is not None:
+            steer()
+        if roads[-1][1] == goal:
+            before_end = _before_end(libsumo)
+        step()
+        try:
+            xy_m.extend(place(RIDER))
+        except libsumo.TraCIException:
+            if not libsumo.simulation.getArrivedNumber():
+                raise
+            return Ride(
+                xy_m.tobytes(), from_s, tuple(roads), _arrival(xy_m, before_end, session.step_s)
+            )
+        road = road_of(RIDER)
+        if road != roads[-1][1]:
+            roads.append((sample, road))
+    return Ride(xy_m.tobytes(), from_s, tuple(roads), None)
+
+
+def _set_down(libsumo: Any, session: Session, vehicle: Vehicle) -> float:
+    """Put a vehicle on its first edge; return when it is there, on its own clock."""
+    libsumo.route.add(RIDER, list(vehicle.edges))
+    libsumo.vehicletype.setMaxSpeed(RIDER, max(vehicle.speeds_mps))
+    for _ in range(round(vehicle.depart_s / session.step_s)):
+        libsumo.simulationStep()
+    start_m = max(0.0, min(vehicle.start_m, vehicle.lengths_m[0] - SHORT_M))
+    speed = "desired" if session.free else "0"
+    libsumo.vehicle.add(
+        RIDER,
+        RIDER,
+        RIDER,
+        depart="now",
+        departLane="best",
+        departPos=repr(start_m),
+        departSpeed=speed,
+    )
+    at_s = vehicle.depart_s
+    while at_s <= session.end_s:
+        libsumo.simulationStep()
+        if libsumo.simulation.getDepartedNumber():
+            if not session.free:
+                libsumo.vehicle.setSpeedMode(RIDER, 0)
+                libsumo.vehicle.setSpeed(RIDER, vehicle.speeds_mps[0])
+            return at_s
+        at_s += session.step_s
+    raise SumoError(f"SUMO never let particle {vehicle.name} into {session.given_as}")
+
+
+def _steering(libsumo: Any, session: Session, vehicle: Vehicle) -> Callable[[], None] | None:
+    """Return what sets a vehicle's speed before each step, None where it stays as it is."""
+    if len(set(vehicle.speeds_mps)) == 1:
+        return None
+
+    def by_limit() -> None:
+        index = libsumo.vehicle.getRouteIndex(RIDER)
+        libsumo.vehicle.setMaxSpeed(RIDER, vehicle.speeds_mps[index])
+
+    def by_speed() -> None:
+        if not libsumo.vehicle.getRoadID(RIDER).startswith(":"):
+            index, along_m = (
+                libsumo.vehicle.getRouteIndex(RIDER),
+                libsumo.vehicle.getLanePosition(RIDER),
+            )
+            libsumo.vehicle.setSpeed(RIDER, step_speed(vehicle, index, along_m, session.step_s))
+
+    return by_limit if session.free else by_speed
+
+
+def _before_end(libsumo: Any) -> tuple[float, float]:
+    """Return how far a vehicle is from its lane's end, in metres, and its speed."""
+    lane = libsumo.vehicle.getLaneID(RIDER)
+    rest_m = libsumo.lane.getLength(lane) - libsumo.vehicle.getLanePosition(RIDER)
+    return rest_m, libsumo.vehicle.getSpeed(RIDER)
+
+
+def _arrival(
+    xy_m: Sequence[float], before_end: tuple[float, float] | None, step_s: float
+) -> Arrival | None:
+    """Return when and where a vehicle came to its route's end, within a step of its last sample.
+
+    It has driven straight on and as fast as before; None where it was not seen to drive.
+    """
+    if before_end is None or len(xy_m) < 4:
+        return None
+    rest_m, speed_mps = before_end
+    x_m, y_m = xy_m[-2] - xy_m[-4], xy_m[-1] - xy_m[-3]
+    length_m = math.hypot(x_m, y_m)
+    if not (rest_m > 0 and speed_mps > 0 and length_m > 0):
+        return None
+    share = rest_m / length_m
+    return min(rest_m / speed_mps, step_s), xy_m[-2] + x_m * share, xy_m[-1] + y_m * share
+
+
+# Forks
+
+
+def _forked(libsumo: Any, session: Session, k: int) -> Ride:
+    """Return a vehicle's ride in a process of its own, which is started again if it dies."""
+    name = session.vehicles[k].name
+    for left in reversed(range(TRIES)):
+        answer, code = _answer_of_fork(lambda: _ride(libsumo, session, k))
+        if code == 0:
+            found: Ride | Exception | str = pickle.loads(answer)
+            if isinstance(found, Ride):
+                return found
+            raise libsumo.TraCIException(found) if isinstance(found, str) else found
+        if left:
+            log.warning("particle %s: its process %s; driven again", name, _how(code))
+    raise LostError(
+        f"particle {name}: its process {_how(code)}, {TRIES} times; what is recorded is kept: run "
+        "it again, with fewer --jobs if memory is short"
+    )
+
+
+def _how(code: int) -> str:
+    return f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
+
+
+def _answer_of_fork(ride: Callable[[], Ride]) -> tuple[bytes, int]:
+    """Return what a fork has written, and its exit code, negative for a signal."""
+    readable, writable = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(readable)
+        _answer_and_end(ride, writable)
+    os.close(writable)
+    try:
+        parts = list(_read_all(readable))
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        raise
+    finally:
+        os.close(readable)
+        status = os.waitpid(child, 0)[1]
+    return b"".join(parts), os.waitstatus_to_exitcode(status)
+
+
+def _answer_and_end(ride: Callable[[], Ride], writable: int) -> NoReturn:
+    """Write a pickled ride, or why there is none, and end without what ends a program."""
+    code = 1
+    try:
+        try:
+            answer = pickle.dumps(ride(), pickle.HIGHEST_PROTOCOL)
+        except PlannerError as error:
+            answer = pickle.dumps(error)
+        except import_libsumo().TraCIException as error:  # which cannot be pickled
+            answer = pickle.dumps(str(error))
+        left = memoryview(answer)
+        while left:
+            left = left[os.write(writable, left) :]
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def _read_all(readable: int) -> Iterator[bytes]:
+    """Yield what comes from a fork; end with the program that waits for it."""
+    waiting = select.poll()
+    waiting.register(readable, select.POLLIN)
+    waiting.register(sys.stdin.fileno(), 0)  # says only when the other end is closed
+    while True:
+        ready = dict(waiting.poll())
+        if readable in ready:
+            part = os.read(readable, CHUNK)
+            if not part:
+                return
+            yield part
+        elif ready:
+            raise EOFError("the program that asked has ended")
