@@ -115,6 +115,7 @@ def futures_of_samples(
     *,
     routes: DrivenRoutes | None = None,
     ended: tuple[float, float] = (-np.inf, np.inf),
+    tolerance_m: float = TOLERANCE_M,
 ) -> Futures:
     """Return the futures that samples show, thinned to knots, one particle per vehicle.
 
@@ -130,6 +131,8 @@ def futures_of_samples(
     ended
         A vehicle whose last sample is older than the first number has reached its route's end,
         within a step of the second number, both in seconds.
+    tolerance_m
+        How far the futures may be from a sample, metres.
     """
     on = Knots(
         samples.vehicle, samples.time_s, np.stack([samples.x_m, samples.y_m], 1), samples.edge
@@ -140,7 +143,7 @@ def futures_of_samples(
     parts.append(_crossings(samples, network, followed, place, shown=routes is None))
     if routes is not None:
         parts.append(_arrivals(samples, network, routes, place, ended))
-    knots = Knots.merged(parts).thinned(TOLERANCE_M)
+    knots = Knots.merged(parts).thinned(tolerance_m)
     count = np.bincount(knots.particle, minlength=len(samples.names))
     return Futures(
         time_s=knots.time_s,

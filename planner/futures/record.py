@@ -13,7 +13,7 @@ from planner.checked import number, whole
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
-from planner.futures.knots import DrivenRoutes, futures_of_samples
+from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
 from planner.futures.simulation import Run, Vehicle, simulate
 from planner.futures.workers import in_processes
 from planner.network.road_network import RoadNetwork
@@ -26,6 +26,7 @@ log = logging.getLogger(__name__)
 SHARED = 100  # particles in one run, where they can be kept from noticing each other
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
+TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
 POINT_M = 0.02  # lengths in net files have two decimals
 
 
@@ -34,6 +35,7 @@ def record(
     particles: Particles,
     *,
     horizon_s: float,
+    tolerance_m: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Futures:
@@ -43,6 +45,8 @@ def record(
     ----------
     horizon_s
         Seconds on the target's clock up to which motion is recorded.
+    tolerance_m
+        How far futures may be from what SUMO recorded, metres; None: as `tolerance_of` has it.
     workers
         Processes; one per core if not given. They change nothing in the result.
     progress
@@ -59,12 +63,26 @@ def record(
         raise InputError("particles: there is none to record; draw at least one")
     batches = _batches(network, particles)
     parts: list[Futures] = []
-    drive = partial(record_batch, network, particles, horizon_s=horizon_s)
+    tolerance_m = tolerance_of(network, tolerance_m)
+    drive = partial(record_batch, network, particles, horizon_s=horizon_s, tolerance_m=tolerance_m)
     for part in in_processes(drive, batches, workers=workers):
         parts.append(part)
         if progress is not None:
             progress(sum(map(len, parts)), len(particles))
     return joined(parts, particles)
+
+
+def tolerance_of(network: RoadNetwork, tolerance_m: float | None) -> float:
+    """Return how far futures may be from what SUMO recorded, metres, where it may not be given.
+
+    Raises
+    ------
+    InputError
+        If the one given is not above 0.
+    """
+    if tolerance_m is not None:
+        return number("tolerance_m", tolerance_m, above=0.0)
+    return TOLERANCE_M if _is_abstract(network) else TOWN_TOLERANCE_M
 
 
 def joined(parts: Sequence[Futures], particles: Particles) -> Futures:
@@ -90,7 +108,12 @@ def _batches(network: RoadNetwork, particles: Particles) -> list[Offsets]:
 
 
 def record_batch(
-    network: RoadNetwork, particles: Particles, batch: Offsets, *, horizon_s: float
+    network: RoadNetwork,
+    particles: Particles,
+    batch: Offsets,
+    *,
+    horizon_s: float,
+    tolerance_m: float,
 ) -> Futures:
     """Return the futures of some particles, out of one SUMO run; weights are not theirs yet."""
     run = _run(network, particles, batch, horizon_s)
@@ -101,7 +124,13 @@ def record_batch(
         [particles.route(k) for k in numbers],
         [particles.speeds(k) for k in numbers] if constant else None,
     )
-    futures = futures_of_samples(samples, network, routes=routes, ended=(horizon_s, run.step_s))
+    futures = futures_of_samples(
+        samples,
+        network,
+        routes=routes,
+        ended=(horizon_s, run.step_s),
+        tolerance_m=tolerance_m,
+    )
     return futures.take(np.argsort(numbers))
 
 

@@ -22,7 +22,7 @@ from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import Futures
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
-from planner.futures.record import record
+from planner.futures.record import record, tolerance_of
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
 from planner.network.road_network import RoadNetwork
@@ -36,6 +36,7 @@ log = logging.getLogger(__name__)
 SCHEMA = "planner.futures/2"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, EDGES, PARTICLES = "futures.parquet", "edges.parquet", "particles.parquet"
+FILES = (KNOTS, EDGES, PARTICLES)
 PACKAGE = Path(__file__).parents[1]
 MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
 DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
@@ -56,6 +57,7 @@ def recorded(
     recipe: Recipe,
     *,
     scenario: Mapping[str, Any],
+    tolerance_m: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Recording:
@@ -65,10 +67,11 @@ def recorded(
     ----------
     scenario
         What the particles are drawn from, in the scenario's words; written into the files.
-    workers, progress
+    tolerance_m, workers, progress
         As ``record`` takes them.
     """
-    described = describe(network, scenario)
+    tolerance_m = tolerance_of(network, tolerance_m)
+    described = describe(network, scenario, tolerance_m)
     folder = cache_folder("futures") / _key(recipe, described)
     if is_whole(folder):
         try:
@@ -77,7 +80,12 @@ def recorded(
             log.info("the cache was damaged (%s)", error)
     particles = recipe.particles(network)
     futures = record(
-        network, particles, horizon_s=recipe.horizon_s, workers=workers, progress=progress
+        network,
+        particles,
+        horizon_s=recipe.horizon_s,
+        tolerance_m=tolerance_m,
+        workers=workers,
+        progress=progress,
     )
     with results_written_whole(folder, force=True) as new:
         write_recording(new, futures, particles, network, described)
@@ -85,13 +93,16 @@ def recorded(
     return _read_kept(folder / KNOTS, network)
 
 
-def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str]:
+def describe(
+    network: RoadNetwork, scenario: Mapping[str, Any], tolerance_m: float
+) -> dict[str, str]:
     """Return the key-value metadata of a recording's files."""
     return {
         "schema": SCHEMA,
         "units": UNITS,
         "sumo_version": sumo_version(),
         "net_sha256": network.sha256,
+        "tolerance_m": repr(tolerance_m),
         "scenario": json.dumps(scenario, sort_keys=True),
     }
 
@@ -186,8 +197,9 @@ def read_recording(
     """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML, CSV or Parquet.
 
     ``particles.parquet`` beside a ``futures.parquet`` holds weights, targets and ends; without it
-    weights are equal, there is one target, and all particles stay where they end. In FCD each
-    vehicle is a particle. What is left out, or looks odd, is said in the log.
+    weights are equal, there is one target, and all particles stay where they end. The edges driven
+    are those of a column ``edge``, or else of ``edges.parquet`` beside it, or else unknown. In FCD
+    each vehicle is a particle. What is left out, or looks odd, is said in the log.
 
     Parameters
     ----------
