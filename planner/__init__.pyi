@@ -21,6 +21,7 @@ from .flight.legs import Legs as Legs
 from .flight.plan import Plan as Plan
 from .flight.track import Track as Track
 from .flight.uav import Uav as Uav
+from .futures.edges_driven import EdgesDriven as EdgesDriven
 from .futures.futures import Futures as Futures
 from .futures.record import record as record
 from .futures.state_at import by_road as by_road

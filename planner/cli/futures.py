@@ -8,7 +8,7 @@ from planner.cli.arguments import add_scenario, path
 from planner.cli.printing import print_result, summary_lines
 
 SUMMARY = "simulate the particles in SUMO and record their futures"
-DETAILS = "Writes futures.parquet and particles.parquet."
+DETAILS = "Writes futures.parquet, edges.parquet and particles.parquet."
 EXAMPLES = (
     ("futures grid5x5", "record them into the cache"),
     ("futures grid5x5 --seed 7 -o runs/futures", "another sample, as tables"),
@@ -27,14 +27,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Record the particles' futures and print how many there are."""
     from planner.cli.session import opened_scenario, output_folder, planning_recorded
-    from planner.futures.store import KNOTS, PARTICLES
+    from planner.futures.store import FILES, KNOTS
 
     with ExitStack() as stack:
-        folder = output_folder(stack, arguments, (KNOTS, PARTICLES))
+        folder = output_folder(stack, arguments, FILES)
         recording = planning_recorded(arguments, opened_scenario(arguments))
         stored = recording.path
         if folder is not None:
-            for name in (KNOTS, PARTICLES):
+            for name in FILES:
                 shutil.copyfile(stored.with_name(name), folder / name)
             stored = arguments.output / KNOTS
     summary = {

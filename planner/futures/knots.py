@@ -132,7 +132,7 @@ def futures_of_samples(
         A vehicle whose last sample is older than the first number has reached its route's end,
         within a step of the second number, both in seconds.
     tolerance_m
-        How far a dropped sample may lie from the straight, even motion.
+        How far the futures may be from a sample, metres.
     """
     on = Knots(
         samples.vehicle, samples.time_s, np.stack([samples.x_m, samples.y_m], 1), samples.edge

@@ -33,7 +33,7 @@ SESSION = 100  # particles that share a session's seed, where each rides alone
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
 LEAST_RIDES = 10  # for which it is worth to load a session
-TOWN_M = 5.0  # how far a future in a town may be from a sample
+TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
 LARGEST_SEED = 2**31 - 1
 
 
@@ -57,7 +57,7 @@ class How(NamedTuple):
     """What decides how particles are recorded; of the last three nothing in the result depends."""
 
     horizon_s: float  # seconds on the target's clock up to which motion is recorded
-    tolerance_m: float | None = None  # how far a future may be from a sample; None: by the net
+    tolerance_m: float  # how far a future may be from a sample
     workers: int | None = None  # processes; None: one per core
     progress: Progress | None = None  # called with the particles recorded so far and their number
 
@@ -78,8 +78,7 @@ def record(
     horizon_s
         Seconds on the target's clock up to which motion is recorded.
     tolerance_m
-        How far a future may be from where SUMO had the particle at any second, metres. If not
-        given, futures on abstract nets are exact, and `TOWN_M` holds elsewhere.
+        How far futures may be from what SUMO recorded, metres; None: as `tolerance_of` has it.
     workers
         Processes; one per core if not given. They change nothing in the result.
     progress
@@ -94,7 +93,7 @@ def record(
         raise InputError("particles: there is none to record; draw at least one")
     how = How(
         number("horizon_s", horizon_s, above=0.0),
-        None if tolerance_m is None else number("tolerance_m", tolerance_m, above=0.0),
+        tolerance_of(network, tolerance_m),
         None if workers is None else whole("workers", workers, least=1),
         progress,
     )
@@ -115,6 +114,19 @@ def record_into(kept: Kept, network: RoadNetwork, particles: Particles, how: How
     return replace(
         kept.all(), weight=particles.weight, gone=particles.gone, target=particles.target
     )
+
+
+def tolerance_of(network: RoadNetwork, tolerance_m: float | None) -> float:
+    """Return how far futures may be from what SUMO recorded, metres, where it may not be given.
+
+    Raises
+    ------
+    InputError
+        If the one given is not above 0.
+    """
+    if tolerance_m is not None:
+        return number("tolerance_m", tolerance_m, above=0.0)
+    return TOLERANCE_M if network.is_abstract else TOWN_TOLERANCE_M
 
 
 def _batches(
@@ -199,14 +211,13 @@ def _collected(
     particles: Particles,
     task: Run | Session,
     answer: bytes | list[Ride],
-    tolerance_m: float | None,
+    tolerance_m: float,
 ) -> Futures:
     """Return the futures of the particles that a task drove; weights are not theirs yet."""
     if isinstance(task, Session):
         assert isinstance(answer, list)
-        exact_m = TOLERANCE_M if network.is_abstract else TOWN_M
         tracks = tracks_of_rides(answer, network, step_s=task.step_s)
-        return futures_of_tracks(tracks, tolerance_m=tolerance_m or exact_m)
+        return futures_of_tracks(tracks, tolerance_m=tolerance_m)
     assert isinstance(answer, bytes)
     samples = _samples(task, answer, network)
     numbers = np.array([int(name) for name in samples.names])
@@ -215,7 +226,7 @@ def _collected(
     )
     ended = (task.end_s, task.step_s)
     futures = futures_of_samples(
-        samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m or TOLERANCE_M
+        samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m
     )
     return futures.take(np.argsort(numbers))
 

@@ -25,7 +25,7 @@ from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
-from planner.futures.record import How, record_into
+from planner.futures.record import How, record_into, tolerance_of
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
 from planner.interrupts import undone_if_stopped
@@ -41,6 +41,7 @@ log = logging.getLogger(__name__)
 SCHEMA = "planner.futures/2"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, EDGES, PARTICLES = "futures.parquet", "edges.parquet", "particles.parquet"
+FILES = (KNOTS, EDGES, PARTICLES)
 PACKAGE = Path(__file__).parents[1]
 MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
 DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
@@ -61,6 +62,7 @@ def recorded(
     recipe: Recipe,
     *,
     scenario: Mapping[str, Any],
+    tolerance_m: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Recording:
@@ -70,10 +72,11 @@ def recorded(
     ----------
     scenario
         What the particles are drawn from, in the scenario's words; written into the files.
-    workers, progress
+    tolerance_m, workers, progress
         As ``record`` takes them.
     """
-    described = describe(network, scenario)
+    tolerance_m = tolerance_of(network, tolerance_m)
+    described = describe(network, scenario, tolerance_m)
     folder = cache_folder("futures") / _key(recipe, described)
     if is_whole(folder):
         try:
@@ -86,7 +89,7 @@ def recorded(
         if not is_whole(folder):  # another command may have recorded the same meanwhile
             kept = Kept(len(particles), unfinished)
             with undone_if_stopped(partial(_say_kept, kept)):
-                how = How(recipe.horizon_s, None, workers, progress)
+                how = How(recipe.horizon_s, tolerance_m, workers, progress)
                 futures = record_into(kept, network, particles, how)
             with results_written_whole(folder, force=True) as new:
                 write_recording(new, futures, particles, network, described)
@@ -103,13 +106,16 @@ def _say_kept(kept: Kept) -> None:
         os.write(2, text.encode())  # not by way of sys.stderr, which the main thread may hold
 
 
-def describe(network: RoadNetwork, scenario: Mapping[str, Any]) -> dict[str, str]:
+def describe(
+    network: RoadNetwork, scenario: Mapping[str, Any], tolerance_m: float
+) -> dict[str, str]:
     """Return the key-value metadata of a recording's files."""
     return {
         "schema": SCHEMA,
         "units": UNITS,
         "sumo_version": sumo_version(),
         "net_sha256": network.sha256,
+        "tolerance_m": repr(tolerance_m),
         "scenario": json.dumps(scenario, sort_keys=True),
         **network.credit,
     }
@@ -205,8 +211,9 @@ def read_recording(
     """Return the futures of a file: ``futures.parquet``, or SUMO's FCD as XML, CSV or Parquet.
 
     ``particles.parquet`` beside a ``futures.parquet`` holds weights, targets and ends; without it
-    weights are equal, there is one target, and all particles stay where they end. In FCD each
-    vehicle is a particle. What is left out, or looks odd, is said in the log.
+    weights are equal, there is one target, and all particles stay where they end. The edges driven
+    are those of a column ``edge``, or else of ``edges.parquet`` beside it, or else unknown. In FCD
+    each vehicle is a particle. What is left out, or looks odd, is said in the log.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.checked import finite, number, offsets, same_length
+from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
@@ -99,6 +100,7 @@ def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
     columns = [np.array(column, np.float64) for column in (tracks.time_s, tracks.x_m, tracks.y_m)]
     time_s, x_m, y_m = columns
     finite(time_s=time_s, x_m=x_m, y_m=y_m)
+    _refuse_falling(first, time_s)
     stays = farthest_reach(SampleColumns(first, time_s, x_m, y_m), tolerance_m)
     return Futures(
         time_s=time_s[stays],
@@ -109,3 +111,16 @@ def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
         gone=np.zeros(count, dtype=bool),
         edges=EdgesDriven(tracks.first_change, tracks.change_s, tracks.change_edge),
     )
+
+
+def _refuse_falling(first: Offsets, time_s: Floats) -> None:
+    """Refuse times that do not rise: between samples that are left out nobody would see them."""
+    rises = np.diff(time_s) > 0.0
+    rises[first[(first > 0) & (first < len(time_s))] - 1] = True
+    if not rises.all():
+        k = int(np.argmin(rises))
+        particle = int(np.searchsorted(first, k, side="right")) - 1
+        raise InputError(
+            f"time_s: particle {particle} has samples at {time_s[k]:g} and {time_s[k + 1]:g} s; "
+            "times must rise from sample to sample"
+        )

@@ -116,6 +116,7 @@ class Recorder:
             self.opened.network,
             recipe,
             scenario=described,
+            tolerance_m=self.opened.scenario.futures.tolerance_m,
             workers=self.workers,
             progress=self.progress,
         )

@@ -1,10 +1,13 @@
-"""Everything that is compiled, compiled once: small plans by every method, and a certificate."""
+"""Everything that is compiled, compiled once: thinning, plans by every method, a certificate."""
 
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from planner.bounds.certificate import Effort, certified
 from planner.errors import NotApplicableError
+from planner.futures.kernels.thinning import SampleColumns, farthest_reach
 from planner.mission.opening import open_scenario
 from planner.mission.recorder import Recorder, needs_holdout, problem_of
 from planner.mission.trial import try_method
@@ -27,6 +30,7 @@ MORE = (
 def compile_all(progress: Progress = silent) -> None:
     """Compile all kernels that are not compiled yet, for the types that planners call them with."""
     cases = [*((method.name,) for method in METHODS), *MORE]
+    farthest_reach(SampleColumns(np.array([0, 1]), np.zeros(1), np.zeros(1), np.zeros(1)), 1.0)
     for done, (name, *settings) in enumerate(cases):
         progress(done, len(cases), name)
         with suppress(NotApplicableError):

@@ -16,6 +16,7 @@ from planner.scenario import checks
 from planner.scenario.faults import faults_of
 from planner.scenario.sections import (
     SECTIONS,
+    FuturesSection,
     GreedySection,
     NetworkSection,
     Scenario,
@@ -45,6 +46,7 @@ class Draft:
     truth: TargetSection | None
     uav: UavSection | None
     sensor: SensorSection | None
+    futures: FuturesSection | None
     search: SearchSection | None
     greedy: GreedySection | None
     truth_keys: frozenset[str]  # what the file says about the truth alone

@@ -23,6 +23,7 @@ from planner.scenario.values import (
     Speeds,
     StartEdges,
     Tick,
+    Tolerance,
     Turning,
     UavLanding,
     UavSpeed,
@@ -137,6 +138,16 @@ class SensorSection(Section):
     )
 
 
+class FuturesSection(Section):
+    """How the motion that SUMO simulates is recorded."""
+
+    tolerance_m: Tolerance | None = Field(
+        default=None,
+        description="how far recorded motion may be from the simulated one, in metres, or leave "
+        "it out for 1 on abstract nets and 5 on others",
+    )
+
+
 class SearchSection(Section):
     """How long and with how much work the search is planned."""
 
@@ -195,6 +206,7 @@ SECTIONS: dict[str, type[Section]] = {
     "truth": TargetSection,
     "uav": UavSection,
     "sensor": SensorSection,
+    "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
 }
@@ -211,6 +223,7 @@ class Scenario:
     truth: TargetSection  # how the true targets differ from that, applied
     uav: UavSection
     sensor: SensorSection
+    futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
 
@@ -236,4 +249,6 @@ class Scenario:
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
+        if not plain["futures"]:
+            del plain["futures"]  # nothing is said about it
         return {"title": self.title, **plain}

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from lxml import etree
 
@@ -227,6 +228,16 @@ def test_nobody_draws_from_the_stream_of_the_truth() -> None:
     assert len(set(speeds)) == len(speeds)
     seeds = [rows(one.path.with_name("particles.parquet"))["seed"] for one in drawn]
     assert not set(seeds[0]) & set(seeds[2])
+
+
+def test_the_scenario_says_how_exactly_motion_is_recorded(run: Commands, tmp_path: Path) -> None:
+    said = []
+    for name, *options in (("default",), ("given", "--set", "futures.tolerance_m=2.5")):
+        folder = tmp_path / name
+        assert run("futures", "figure3", *options, "-o", folder).code == 0
+        schemas = [pyarrow.parquet.read_schema(path) for path in sorted(folder.iterdir())]
+        said.append([schema.metadata[b"tolerance_m"] for schema in schemas])
+    assert said == [[b"1.0"] * 3, [b"2.5"] * 3]
 
 
 @pytest.mark.parametrize(("offset_m", "begin_m"), [(None, 0.0), (5000.0, 5000.0)])

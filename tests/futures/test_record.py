@@ -117,9 +117,28 @@ def test_the_number_of_workers_changes_no_byte(tmp_path: Path) -> None:
     for workers in (1, 2):
         folder = tmp_path / str(workers)
         futures = record(network, particles, horizon_s=GRID_HORIZON_S, workers=workers)
-        write_recording(folder, futures, particles, network, describe(network, {}))
+        write_recording(folder, futures, particles, network, describe(network, {}, 1.0))
         written.append([path.read_bytes() for path in sorted(folder.iterdir())])
     assert written[0] == written[1]
+
+
+def test_a_tolerance_given_decides_how_many_knots_there_are() -> None:
+    network = town()
+    particles = walkers(
+        network, 6, np.random.default_rng(6), start=network.edge_ids[0], roads=5, driving="free"
+    )
+    exact, default, given, rough = (
+        record(network, particles, horizon_s=200.0, tolerance_m=tolerance_m, workers=1)
+        for tolerance_m in (1e-6, None, 5.0, 50.0)
+    )
+    np.testing.assert_array_equal(default.time_s, given.time_s)  # what holds in towns
+    assert len(rough.time_s) < len(given.time_s) < len(exact.time_s)
+    for futures, tolerance_m in ((given, 5.0), (rough, 50.0)):
+        for k in range(6):
+            knots = slice(exact.first_knot[k], exact.first_knot[k + 1])
+            times_s = exact.time_s[knots]
+            off_m = np.hypot(*(futures.xy(k, times_s) - exact.xy(k, times_s)).T)
+            assert off_m.max() <= tolerance_m + 1e-6
 
 
 def test_progress_counts_up_to_all_particles() -> None:

@@ -28,7 +28,7 @@ def written(tmp_path: Path) -> tuple[Path, RoadNetwork]:
     network = grid5x5()
     particles = walkers(network, 5, np.random.default_rng(1), start="r0c0-r0c1", roads=3)
     futures = record(network, particles, horizon_s=1_500.0, workers=1)
-    write_recording(tmp_path, futures, particles, network, describe(network, {"seed": 1}))
+    write_recording(tmp_path, futures, particles, network, describe(network, {"seed": 1}, 1.0))
     return tmp_path / "futures.parquet", network
 
 
@@ -64,7 +64,7 @@ def test_columns_types_and_metadata_are_as_promised(written: tuple[Path, RoadNet
     )
     metadata = schema.metadata
     assert metadata[b"net_sha256"].decode() == network.sha256
-    assert set(metadata) >= {b"schema", b"units", b"sumo_version", b"scenario"}
+    assert set(metadata) >= {b"schema", b"units", b"sumo_version", b"scenario", b"tolerance_m"}
 
 
 def test_without_particles_weights_are_equal_and_all_stay(
@@ -97,7 +97,7 @@ def test_targets_are_recorded(tmp_path: Path) -> None:
     particles = walkers(network, 3, np.random.default_rng(1), start="r0c0-r0c1", roads=2)
     particles = replace(particles, target=np.array([2, 0, 1]))
     futures = record(network, particles, horizon_s=300.0, workers=1)
-    write_recording(tmp_path, futures, particles, network, describe(network, {}))
+    write_recording(tmp_path, futures, particles, network, describe(network, {}, 1.0))
     again = read_recording(tmp_path / "futures.parquet", network).futures
     assert futures.target.tolist() == again.target.tolist() == [2, 0, 1]
 
@@ -122,6 +122,20 @@ def test_another_horizon_or_particle_is_recorded_anew(empty_cache: Path) -> None
     ]
     assert ends[0].max() < ends[1].min()
     assert len(list((empty_cache / "futures").iterdir())) == 3
+
+
+def test_another_tolerance_is_recorded_anew_and_stands_in_the_file(empty_cache: Path) -> None:
+    network = grid5x5()
+    particles = walkers(network, 2, np.random.default_rng(3), start="r0c0-r0c1", roads=2)
+    said = []
+    for tolerance_m in (None, 1.0, 7.5):
+        made = recorded(
+            network, Given(particles, 300.0), scenario={}, tolerance_m=tolerance_m, workers=1
+        )
+        said.append((made.path, pq.read_schema(made.path).metadata[b"tolerance_m"]))
+    assert said[0] == said[1]  # what holds on abstract nets
+    assert [text for _, text in said[1:]] == [b"1.0", b"7.5"]
+    assert len(list((empty_cache / "futures").iterdir())) == 2
 
 
 def drawn() -> Drawn:
@@ -231,8 +245,8 @@ def test_the_net_and_the_program_are_in_the_key(
 ) -> None:
     assert key_of(drawn(), net_sha256="b") != key_of(drawn())
     assert key_of(drawn(), sumo_version="2.0") != key_of(drawn())
-    described = describe(figure3(), {"seed": 1})
-    assert {"net_sha256", "sumo_version", "scenario"} <= set(described)
+    described = describe(figure3(), {"seed": 1}, 1.0)
+    assert {"net_sha256", "sumo_version", "scenario", "tolerance_m"} <= set(described)
     known = {made_by(store.PACKAGE)}
     for file in (
         "belief/sampling.py",

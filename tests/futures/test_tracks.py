@@ -47,7 +47,8 @@ def test_the_tolerance_decides() -> None:
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        ({"time_s": tracks().time_s[::-1]}, "times must rise"),
+        ({"time_s": tracks().time_s[::-1]}, "particle 0 has samples at 9 and 8 s"),
+        ({"time_s": np.append(np.arange(130.0), 129.0)}, "particle 2 has samples at 129 and 129 s"),
         ({"x_m": np.full(131, np.nan)}, "x_m: holds NaN"),
         ({"y_m": np.zeros(3)}, "y_m: has the shape"),
         ({"first_sample": np.array([0, 90, 90, 130])}, "first_sample"),

@@ -224,6 +224,9 @@ def test_the_dump_is_what_a_file_may_hold(folder: Path) -> None:
 
 ONE_FAULT = [
     ("sensor.radios_m=3", "sensor.radios_m: is not a known key; did you mean radius_m?"),
+    ("futures.tolerance_m=0", "futures.tolerance_m: should be greater than 0, not 0; give"),
+    ('futures.tolerance_m="exact"', 'futures.tolerance_m: should be a number, not "exact"; give'),
+    ("futures=5", "futures: should be a table, not 5; give"),
     ("sensors.radius_m=3", "sensors: is not a known section; did you mean sensor?"),
     ("sensor.radius_m=0", "sensor.radius_m: should be greater than 0, not 0; give"),
     ("sensor.radius_m=-5.5", "sensor.radius_m: should be greater than 0, not -5.5; give"),

@@ -10,15 +10,17 @@ from planner.scenario.draft import read_draft
 from planner.scenario.toml_text import scenario_text
 
 
+@pytest.mark.parametrize("overrides", [(), ("futures.tolerance_m=2.5",)])
 @pytest.mark.parametrize("name", ["figure3", "grid5x5"])
-def test_a_shown_scenario_reads_back(name: str, tmp_path: Path) -> None:
+def test_a_shown_scenario_reads_back(name: str, overrides: tuple[str, ...], tmp_path: Path) -> None:
     folder = shipped(name)
     assert folder is not None
     source = folder if folder.is_dir() else folder.parent
     shutil.copytree(source, tmp_path / name)
     (path,) = (tmp_path / name).glob("scenario.toml")
-    scenario = read_draft(path).scenario()
+    scenario = read_draft(path, overrides=overrides).scenario()
     text = scenario_text(scenario)
+    assert all(one.partition("=")[2] in text for one in overrides)
     assert "horizon_s = " in text
     assert "#" in text
     path.write_text(text, encoding="utf-8")

@@ -127,6 +127,12 @@ def _futures(folder: Path) -> None:
     knots = dict(zip(("time_s", "x_m", "y_m"), columns, strict=True))
     table = {"particle": pyarrow.array(particle, "int32"), **knots}
     pyarrow.parquet.write_table(pyarrow.table(table), folder / "futures.parquet")
+    edges = {
+        "particle": pyarrow.array([0, 0, 1], "int32"),
+        "time_s": [0.0, 100.0, 0.0],
+        "edge": ["AB", "BC", "BC"],
+    }
+    pyarrow.parquet.write_table(pyarrow.table(edges), folder / "edges.parquet")
     beside = {
         "particle": pyarrow.array([0, 1], "int32"),
         "weight": [0.3, 0.7],
@@ -172,7 +178,12 @@ KINDS = (
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
     Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv")),
     Kind("fcd parquet", _fcd_parquet, ("fcd.parquet",), (*OWN, "fcd.parquet")),
-    Kind("futures", _futures, ("futures.parquet", "particles.parquet"), (*OWN, "futures.parquet")),
+    Kind(
+        "futures",
+        _futures,
+        ("futures.parquet", "edges.parquet", "particles.parquet"),
+        (*OWN, "futures.parquet"),
+    ),
     Kind("fly", _run, RUN, ("fly", "run", "--targets", "5", "--json")),
     Kind("certify", _run, RUN, ("certify", "run", "--work", "1", "--force", "--json")),
     Kind("verify", _run, (*RUN[1:], *PROOF, "run/net.json")),
