@@ -63,3 +63,19 @@ class Particles(Frozen):
     def speeds(self, particle: int) -> Floats:
         """Return one particle's drawn speed on each edge of its route, (k,) m/s."""
         return self.speed_mps[self.first_edge[particle] : self.first_edge[particle + 1]]
+
+    def part(self, first: int, last: int) -> "Particles":
+        """Return the particles from one on and before another one; each keeps its weight."""
+        some, edges = slice(first, last), slice(self.first_edge[first], self.first_edge[last])
+        return Particles(
+            weight=self.weight[some],
+            start_m=self.start_m[some],
+            depart_s=self.depart_s[some],
+            first_edge=self.first_edge[first : last + 1] - self.first_edge[first],
+            route_edge=self.route_edge[edges],
+            speed_mps=self.speed_mps[edges],
+            seed=self.seed[some],
+            gone=self.gone[some],
+            driving=self.driving,
+            target=self.target[some],
+        )

@@ -5,7 +5,7 @@ import json
 import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import NO_EDGE, Futures
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
+from planner.futures.portions import Note, record_in_portions
 from planner.futures.record import record
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
@@ -57,6 +58,7 @@ def recorded(
     scenario: Mapping[str, Any],
     workers: int | None = None,
     progress: Progress | None = None,
+    note: Note | None = None,
 ) -> Recording:
     """Return the futures of particles from the cache; they are drawn and driven once only.
 
@@ -65,7 +67,10 @@ def recorded(
     scenario
         What the particles are drawn from, in the scenario's words; written into the files.
     workers, progress
-        As ``record`` takes them.
+        As ``record`` takes them; progress is called before the first particle is driven as well,
+        and not at all if the cache has them.
+    note
+        As ``record_in_portions`` takes it; not called either then.
     """
     described = describe(network, scenario)
     folder = cache_folder("futures") / _key(recipe, described)
@@ -75,7 +80,10 @@ def recorded(
         except InputError as error:
             log.info("the cache was damaged (%s)", error)
     particles = recipe.particles(network)
-    futures = record(
+    if progress is not None:
+        progress(0, len(particles))
+    drive = record if note is None else partial(record_in_portions, note=note)
+    futures = drive(
         network, particles, horizon_s=recipe.horizon_s, workers=workers, progress=progress
     )
     with results_written_whole(folder, force=True) as new:

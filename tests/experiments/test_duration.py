@@ -9,13 +9,13 @@ from planner.experiments.condition import Condition
 from planner.experiments.duration import (
     CONDITION_S,
     LEG_S,
-    VEHICLE_S,
     Duration,
     duration_of,
     known_times,
 )
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.target_sets import targets_of
+from planner.futures.cost import cost_of
 from planner.mission.recorder import Recorder
 from support.command_line import Commands
 
@@ -42,13 +42,17 @@ def conditions(tmp_path: Path) -> list[Condition]:
 def test_by_size_it_is_targets_driven_and_legs_flown(conditions: list[Condition]) -> None:
     first = conditions[0]
     recorder = Recorder(first.opened(), 1)
-    each_seed = len(recorder.planning().futures) + len(recorder.holdout().futures) + first.targets
-    driven = 2 * each_seed + len(targets_of(first.sets[0], first).futures)
+    sets = [len(recorder.planning().futures), len(recorder.holdout().futures), first.targets]
+    sets = [*sets, *sets, len(targets_of(first.sets[0], first).futures)]
+    network, horizon_s = first.opened().network, first.opened().scenario.search.horizon_s
+    costs = [cost_of(network, n, driving="constant", horizon_s=horizon_s) for n in sets]
     legs = 4 * first.opened().scenario.search.work  # best's at two distances, with two seeds
-    expected_s = VEHICLE_S * driven + LEG_S * legs + CONDITION_S * len(conditions)
+    driven_s = sum(cost.load_s + cost.cpu_s for cost in costs)
+    expected_s = driven_s + LEG_S * legs + CONDITION_S * len(conditions)
     found = duration_of(conditions, {})
     assert found.time_s == pytest.approx(expected_s)
     assert (found.timed, found.sized, found.unknown) == (0, 8, ())
+    assert found.runs == sum(cost.runs for cost in costs)
 
 
 def test_what_is_finished_tells_of_what_waits(conditions: list[Condition]) -> None:
@@ -58,7 +62,9 @@ def test_what_is_finished_tells_of_what_waits(conditions: list[Condition]) -> No
     one = dataclasses.replace(conditions[0], sets=(), targets=0, method="wait")
     found = duration_of([one], known)
     assert (found.timed, found.sized) == (1, 0)
-    assert found.time_s == pytest.approx(2.0 + 10 * VEHICLE_S)
+    network, horizon_s = one.opened().network, one.opened().scenario.search.horizon_s
+    driven = cost_of(network, 10, driving="constant", horizon_s=horizon_s)
+    assert found.time_s == pytest.approx(2.0 + driven.cpu_s)
 
 
 def test_of_studies_nothing_is_known_before_one_is_done(conditions: list[Condition]) -> None:
