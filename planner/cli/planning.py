@@ -8,11 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
-from planner.cli.preview import Preview, flight_table
+from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.session import (
     evaluation_recorded,
@@ -109,7 +110,10 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
     """Return the targets to plan with, and to choose between plans with."""
     if arguments.futures is None:
         planning = planning_recorded(arguments, opened)
-        return _Targets(planning, holdout_recorded(arguments, opened, method))
+        begins = partial(
+            show_first_plan, arguments=arguments, opened=opened, futures=planning.futures
+        )
+        return _Targets(planning, holdout_recorded(arguments, opened, method, begins=begins))
     if opened.scenario.greedy.particles == "anew":
         raise InputError(
             'greedy.particles: "anew" draws from the belief at every step, which --futures '

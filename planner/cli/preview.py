@@ -2,13 +2,21 @@
 
 import argparse
 import sys
+from contextlib import suppress
 
+from planner.belief.particles import Driving
 from planner.cli.printing import console
+from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
-from planner.mission.trial import Attempt
+from planner.mission.recorder import Recorder
+from planner.mission.trial import Attempt, attempted
 from planner.report import sentences, tables
 from planner.report.formats import FittingTable
+from planner.search.methods import method_named
+
+FIRST = "rate"  # the method of the first plan, where another one has to wait for more particles
 
 
 class Preview:
@@ -18,8 +26,7 @@ class Preview:
         self, arguments: argparse.Namespace, opened: OpenScenario, attempt: Attempt
     ) -> None:
         self._opened, self._attempt, self.is_shown = opened, attempt, False
-        someone_waits = sys.stdout is not None and sys.stdout.isatty() and not arguments.json
-        self._is_wanted = someone_waits and opened.scenario.truth.driving == "free"
+        self._is_wanted = _someone_waits(arguments, opened.scenario.truth.driving)
 
     def __call__(self, many: int) -> None:
         """Show the plan, for which so many fresh targets are driven now."""
@@ -28,6 +35,29 @@ class Preview:
             out = console()
             out.print(flight_table(self._attempt.plan, self._opened))
             out.print(sentences.estimate_follows(many))
+
+
+def show_first_plan(
+    many: int, *, arguments: argparse.Namespace, opened: OpenScenario, futures: Futures
+) -> None:
+    """Show what a quick method makes of the particles, while so many are driven for a slower one.
+
+    Nobody's draws are touched: every method has a random stream of its own.
+    """
+    if not _someone_waits(arguments, opened.scenario.target.driving):
+        return
+    with suppress(NotApplicableError):
+        method = method_named(FIRST)
+        first = attempted(method, Recorder(opened, arguments.jobs), futures)
+        out = console()
+        out.print(flight_table(first.plan, opened))
+        out.print(sentences.better_plan_follows(FIRST, arguments.method, many))
+
+
+def _someone_waits(arguments: argparse.Namespace, driving: Driving) -> bool:
+    """Return whether a person looks at a terminal while targets are driven one by one."""
+    is_seen = sys.stdout is not None and sys.stdout.isatty() and not arguments.json
+    return is_seen and driving == "free"
 
 
 def flight_table(plan: Plan, opened: OpenScenario) -> FittingTable:

@@ -155,10 +155,20 @@ def evaluation_recorded(
 
 
 def holdout_recorded(
-    arguments: argparse.Namespace, opened: OpenScenario, method: Method
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    method: Method,
+    *,
+    begins: Callable[[int], None] | None = None,
 ) -> Futures | None:
-    """Return holdout particles for a method that chooses between plans; None if it needs none."""
+    """Return holdout particles for a method that chooses between plans; None if it needs none.
+
+    Parameters
+    ----------
+    begins
+        Called with how many there are before the first one is driven, if any is.
+    """
     if not needs_holdout(method, opened):
         return None
-    drive = Drive.of_belief("recording holdout particles", opened)
+    drive = replace(Drive.of_belief("recording holdout particles", opened), begins=begins)
     return recorded(arguments, opened, drive, Recorder.holdout).futures

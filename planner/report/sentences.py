@@ -54,6 +54,14 @@ def estimate_follows(targets: int) -> str:
     )
 
 
+def better_plan_follows(first: str, method: str, particles: int) -> str:
+    """Return what stands below a plan that is shown until a slower method has made its own."""
+    return (
+        f"a first plan, by {first}; {method} makes its own, and chooses it on {particles:,} "
+        "other particles, which are driven now"
+    )
+
+
 def own_futures_line(fresh: Fresh, many: int) -> str:
     """Return what the targets are that a plan on a user's own futures is evaluated on."""
     if fresh.alike:

@@ -39,6 +39,20 @@ def test_a_terminal_gets_the_plan_first_and_the_same_files(
         assert pair[0] == pair[1], name
 
 
+def test_a_method_that_chooses_is_preceded_by_one_that_does_not(
+    run: Commands, tmp_path: Path, empty_cache: Path
+) -> None:
+    best = [word if word != "rate" else "best" for word in SMALL]
+    best += ["--set", "search.work=200"]
+    shown = on_a_terminal(*best, "-o", str(tmp_path / "seen"), NO_COLOR="1")
+    first = "a first plan, by rate; best makes its own"
+    assert shown.count("roads in the order flown") == 2
+    assert shown.index("roads in the order flown") < shown.index(first) < shown.index(MADE)
+    assert first not in run(*best, "-o", tmp_path / "piped").out
+    pair = [(tmp_path / folder / "plan.json").read_bytes() for folder in ("seen", "piped")]
+    assert pair[0] == pair[1]
+
+
 def test_at_constant_speed_nothing_is_shown_beforehand(empty_cache: Path) -> None:
     constant = [word for word in SMALL if word != "target.driving=free"]
     constant.remove("--set")
