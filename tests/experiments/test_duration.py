@@ -16,6 +16,7 @@ from planner.experiments.duration import (
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.target_sets import targets_of
 from planner.futures.cost import cost_of
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from support.command_line import Commands
 
@@ -115,3 +116,33 @@ def test_dry_run_of_the_paper_lists_all_experiments(
     assert "conditions, 0 of them finished" in shown.out
     assert "about " in shown.out
     assert not (tmp_path / "none").exists()
+
+
+def test_a_town_is_charged_by_its_own_net(tmp_path: Path, berlin: OpenScenario) -> None:
+    path = tmp_path / "town.toml"
+    path.write_text('scenario = "berlin"\ntargets = 100\n[factors]\nmethod = ["rate"]\n')
+    (condition,) = read_experiment(path).conditions()
+    horizon_s = berlin.scenario.search.horizon_s
+    driven = [cost_of(berlin.network, n, driving="free", horizon_s=horizon_s) for n in (400, 100)]
+    found = duration_of([condition], {})
+    assert found.runs == 500
+    assert found.time_s == pytest.approx(CONDITION_S + sum(cost.wall_s(1) for cost in driven))
+
+
+def test_what_takes_long_is_announced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "tiny.toml"
+    text = 'scenario = "figure3"\ntargets = 10\nreplicates = 2\n[factors]\nmethod = ["wait"]\n'
+    path.write_text(text)
+    quiet = Commands(capsys)("experiment", path, "-o", tmp_path / "quiet", "-j", "1")
+    assert (quiet.code, quiet.err) == (0, "")
+    monkeypatch.setattr("planner.cli.batch.LONG_S", 0.0)
+    said = Commands(capsys)("experiment", path, "-o", tmp_path / "told", "-j", "1")
+    runs = 2  # figure3's particles are all there are; its fresh targets share a run for each seed
+    assert said.err == (
+        f"planner: tiny: 2 conditions, {runs} SUMO runs: about 1 s with 1 process "
+        "(2 by their size, good to a factor of two)\n"
+    )
+    again = Commands(capsys)("experiment", path, "-o", tmp_path / "told", "-j", "1")
+    assert again.err == ""
