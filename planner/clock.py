@@ -57,3 +57,11 @@ def clock(time_s: float) -> str:
     minutes, second = divmod(whole, 60)
     hours, minute = divmod(minutes, 60)
     return f"{sign}{hours}:{minute:02d}:{second:02d}"
+
+
+def rough(time_s: float) -> str:
+    """Return a duration in words, to the digits that an estimate has."""
+    if time_s < 100:
+        return f"{max(1, round(time_s)):,} s"
+    minutes = time_s / 60
+    return f"{minutes:,.0f} min" if minutes < 100 else f"{minutes / 60:,.1f} h"

@@ -46,3 +46,8 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     if not names:
         return "leave it out"
     return f"known: {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
+
+
+def counted(many: int, what: str, several: str = "") -> str:
+    """Return a number of things in words, such as "1 process" or "2,000 processes"."""
+    return f"{many:,} {what if many == 1 else several or f'{what}s'}"

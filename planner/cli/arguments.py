@@ -58,14 +58,21 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_targets(parser: argparse.ArgumentParser, *, default: int) -> None:
-    """Add the number of fresh targets."""
+def add_targets(parser: argparse.ArgumentParser, *, default: int | None = None) -> None:
+    """Add the number of fresh targets.
+
+    Parameters
+    ----------
+    default
+        If not given, what `planner.mission.sample_sizes` has for the scenario.
+    """
+    usual = "4000, fewer in towns" if default is None else "%(default)s"
     parser.add_argument(
         "--targets",
         type=count,
         default=default,
         metavar="N",
-        help="number of fresh targets to fly against (default: %(default)s)",
+        help=f"number of fresh targets to fly against (default: {usual})",
     )
 
 

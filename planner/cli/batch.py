@@ -1,6 +1,7 @@
 """The work of `planner experiment`: run what is not finished yet and print the table."""
 
 import argparse
+import logging
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -9,6 +10,7 @@ from typing import Any
 
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
+from planner.cli.session import LONG_S
 from planner.errors import InputError, OutputError
 from planner.experiments.condition import Condition
 from planner.experiments.dask_backend import by_dask
@@ -23,8 +25,11 @@ from planner.files import write_json
 from planner.futures.workers import cores
 from planner.guard import read_json
 from planner.interrupts import undone_if_stopped
+from planner.messages import counted
 from planner.paper.studies import STUDIES
 from planner.report import experiment_tables
+
+log = logging.getLogger(__name__)
 
 MARK = "experiment.json"  # says whose results a folder holds
 RESUME = "\nplanner: what is finished is kept; the same command goes on from there\n"
@@ -84,9 +89,34 @@ def run_experiments(
     for out, one in chosen.items():
         _claim(out, one, quick=arguments.quick)
     workers, backend = arguments.jobs, _backend(arguments)
+    _announce(chosen, conditions, workers or cores())
     with progress_bar(title) as progress, undone_if_stopped(_say_how_to_resume):
         run_one = partial(run_condition, studies=STUDIES)
         return run(conditions, run_one=run_one, workers=workers, progress=progress, backend=backend)
+
+
+def _announce(
+    chosen: Mapping[Path, Experiment], conditions: Mapping[Path, Sequence[Condition]], workers: int
+) -> None:
+    """Say how long what is not finished will take, if that is long."""
+    waiting: dict[tuple[str, Path], Condition] = {}
+    times: list[tuple[Condition, dict[str, Any]]] = []
+    for out, some in conditions.items():
+        store = ResultStore(out)
+        for one in some:
+            if store.figures(one) is None:
+                waiting[one.id, one.place] = one
+            else:
+                times.append((one, store.timing(one)))
+    duration = duration_of([*waiting.values()], known_times(times))
+    if duration.time_s / workers > LONG_S:
+        log.warning(
+            "%s: %s, %s: %s",
+            " and ".join(dict.fromkeys(one.path.stem for one in chosen.values())),
+            counted(len(waiting), "condition"),
+            counted(duration.runs, "SUMO run"),
+            duration.sentence(workers),
+        )
 
 
 def list_conditions(

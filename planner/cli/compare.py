@@ -41,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
     add_objective(parser)
-    add_targets(parser, default=4000)
+    add_targets(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

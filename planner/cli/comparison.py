@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.cli.printing import print_result
@@ -16,10 +16,11 @@ from planner.cli.session import (
     output_file,
     planning_recorded,
 )
-from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
+from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.detection.evaluate import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.mission import certify
 from planner.mission.bounds import Bounds, bounds_of, stored_bound
@@ -30,13 +31,21 @@ from planner.report import run_files, sentences, tables
 from planner.search.methods import METHODS, Method
 
 
+@dataclass(frozen=True, eq=False)
+class _Targets:
+    """What all methods plan with, and what their plans are evaluated on."""
+
+    planning: Recording
+    fresh: Recording
+
+
 def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Compare all methods on the same futures and the same fresh targets."""
     with ExitStack() as stack:
         new = output_file(stack, arguments)
         opened = opened_scenario(arguments, overrides)
         recording = planning_recorded(arguments, opened)
-        targets = Targets(recording, evaluation_recorded(arguments, opened))
+        targets = _Targets(recording, evaluation_recorded(arguments, opened))
         tried = _tried(arguments, opened, targets)
         stored, bounds = _stored(arguments, opened, targets)
         if arguments.bound:
@@ -52,7 +61,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
 
 
 def _tried(
-    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, targets: _Targets
 ) -> list[Trial | tables.MethodRow]:
     """Return the trial of each method, or the row that says why it cannot be used."""
     tried: list[Trial | tables.MethodRow] = []
@@ -64,11 +73,12 @@ def _tried(
 
 
 def _try(
-    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: _Targets
 ) -> Trial | tables.MethodRow:
-    targets = replace(targets, holdout=holdout_recorded(arguments, opened, method))
+    holdout = holdout_recorded(arguments, opened, method)
     try:
-        return trial_of(arguments, opened, method, targets)
+        made = attempt_of(arguments, opened, method, targets.planning.futures, holdout=holdout)
+        return made.met(targets.fresh.futures)
     except NotApplicableError as error:
         return tables.MethodRow(method.name, why_not=str(error))
 
@@ -81,7 +91,7 @@ def _rows(tried: Sequence[Trial | tables.MethodRow], bounds: Bounds) -> list[tab
 
 
 def _stored(
-    arguments: argparse.Namespace, opened: OpenScenario, targets: Targets
+    arguments: argparse.Namespace, opened: OpenScenario, targets: _Targets
 ) -> tuple[list[tables.MethodRow], Bounds]:
     """Return the row of the run whose run.json is the scenario, and the bound that it holds.
 
@@ -113,7 +123,7 @@ def _stored(
 def _computed(
     arguments: argparse.Namespace,
     opened: OpenScenario,
-    targets: Targets,
+    targets: _Targets,
     tried: Sequence[Trial | tables.MethodRow],
     known: Bounds,
 ) -> Bounds:

@@ -52,7 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
-    from planner.cli.session import new_files, recorded
+    from planner.cli.session import Drive, new_files, recorded
     from planner.mission.fly import fly
     from planner.mission.run_folder import FLIGHTS, open_run, own_futures, refuse_no_run
     from planner.report import run_files, tables
@@ -65,7 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
         opened, stored = open_run(arguments.directory)  # which no other command replaces now
         seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
         record = partial(_true_targets, arguments=arguments, seed=seed)
-        recording = recorded(arguments, opened, "recording true targets", record)
+        drive = Drive.of_truth("recording true targets", opened)
+        recording = recorded(arguments, opened, drive, record)
         flown = fly(stored.plan, recording.futures, stored.sensor, stored.objective)
         run_files.write_flights(folder / FLIGHTS, recording, flown)
     written = arguments.directory / FLIGHTS

@@ -80,7 +80,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="stop the search after S seconds and keep the best plan (and bound) so far, as "
         "Ctrl-C does",
     )
-    add_targets(parser, default=4000)
+    add_targets(parser)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
     methods = (f"  {method.name:<21} {method.summary}" for method in METHODS)
     parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])

@@ -6,12 +6,14 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
+from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.session import (
     evaluation_recorded,
@@ -20,10 +22,11 @@ from planner.cli.session import (
     output_folder,
     planning_recorded,
 )
-from planner.cli.trials import Bounding, Targets, certificate_of, trial_of
+from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
 from planner.flight.plan import Plan
+from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.mission import certificate_file, run_folder
@@ -33,7 +36,7 @@ from planner.mission.plan_file import plan_content
 from planner.mission.recorder import budget_of, problem_of
 from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
-from planner.mission.trial import Trial, try_order
+from planner.mission.trial import Attempt, Trial, try_order
 from planner.provenance import provenance
 from planner.report import run_files, sentences, tables
 from planner.scenario.source import paths_in_record
@@ -43,14 +46,31 @@ from planner.search.stop import AnyOf, Asked, Elapsed
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _Targets:
+    """The recorded targets of a scenario, each set for one use."""
+
+    planning: Recording
+    holdout: Futures | None = None
+    kept_out: Recording | None = None  # to evaluate on; None: fresh ones, driven for the plan
+    are: tables.Fresh = tables.FRESH  # what those are that it is evaluated on
+
+
+@dataclass(frozen=True, eq=False)
+class _Planned:
     """The result of a search."""
 
     problem: Problem  # that the plan solves
-    trial: Trial
-    fresh: tables.Fresh  # what its targets for evaluation are
+    attempt: Attempt
     certificate: Certificate | None = None
     no_bound: str = ""  # why there is no certificate, though it was asked for
+
+
+@dataclass(frozen=True, eq=False)
+class _Found(_Planned):
+    """The result of a search, and what it is worth."""
+
+    trial: Trial = field(kw_only=True)
+    fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
 
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
@@ -62,8 +82,11 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         opened = opened_scenario(arguments, overrides)
         targets = _targets(arguments, opened, method)
         watch.lap("futures")
-        found = _found(arguments, opened, method, targets)
-        watch.lap("planning and evaluation")
+        planned = _planned(arguments, opened, method, targets)
+        watch.lap("search")
+        preview = Preview(arguments, opened, planned.attempt)
+        found = _evaluated(arguments, opened, targets, planned, preview)
+        watch.lap("fresh targets")
         watch.took_s["planning"] = found.trial.took_s
         content = _plan_content(opened, found)
         if folder is not None:
@@ -71,6 +94,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             watch.lap("files")
             record = _provenance(arguments, opened, content, targets.planning, watch)
             record["planning"] = _planning_record(found.trial)
+            record["targets"] = _targets_record(targets, found.trial)
             write_json(folder / run_folder.PROVENANCE, record)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
@@ -78,41 +102,61 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             found.problem, found.certificate
         )
     summary["directory"] = arguments.output and str(arguments.output)
-    print_result(arguments, summary, _blocks(arguments, opened, found))
+    print_result(arguments, summary, _blocks(arguments, opened, found, shown=preview.is_shown))
     return 0
 
 
-def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method) -> Targets:
-    """Return the targets to plan with, to choose between plans with, and to evaluate on."""
+def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method) -> _Targets:
+    """Return the targets to plan with, and to choose between plans with."""
     if arguments.futures is None:
         planning = planning_recorded(arguments, opened)
-        fresh = evaluation_recorded(arguments, opened)
-        return Targets(planning, fresh, holdout_recorded(arguments, opened, method))
+        begins = partial(
+            show_first_plan, arguments=arguments, opened=opened, futures=planning.futures
+        )
+        return _Targets(planning, holdout_recorded(arguments, opened, method, begins=begins))
     if opened.scenario.greedy.particles == "anew":
         raise InputError(
             'greedy.particles: "anew" draws from the belief at every step, which --futures '
             'takes the place of; use "once"'
         )
     own = read_split(OwnFutures(arguments.futures, arguments.begin), opened)
-    if own.kept_out is None:
-        fresh = evaluation_recorded(arguments, opened)
-        return Targets(own.planning, fresh, are=tables.OTHERS)
-    return Targets(own.planning, own.kept_out, are=tables.KEPT_OUT)
+    are = tables.OTHERS if own.kept_out is None else tables.KEPT_OUT
+    return _Targets(own.planning, kept_out=own.kept_out, are=are)
 
 
-def _found(
-    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: Targets
+def _evaluated(
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    targets: _Targets,
+    planned: _Planned,
+    preview: Preview,
 ) -> _Found:
+    """Return a plan with what it is worth on targets that had no part in making it."""
+    fresh, attempt = targets.kept_out, planned.attempt
+    if fresh is None:
+
+        def so_far(first: Futures) -> str:
+            return sentences.so_far(attempt.evaluated_on(first))
+
+        fresh = evaluation_recorded(arguments, opened, begins=preview, note=so_far)
+    trial = attempt.met(fresh.futures)
+    return _Found(**vars(planned), trial=trial, fresh=targets.are)
+
+
+def _planned(
+    arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: _Targets
+) -> _Planned:
     """Return what the method finds; with --gap, the plan and the bound that come closest."""
     problem = problem_of(opened, targets.planning.futures, method=method)
     seconds = math.inf if arguments.time_limit is None else arguments.time_limit
     reasons: list[str] = []
     with first_interrupt_asks() if method.stops else nullcontext(bool) as asked:
 
-        def planned(more: int, limit_s: float) -> Trial:
+        def planned(more: int, limit_s: float) -> Attempt:
             budget, stop = budget_of(opened), AnyOf(Elapsed(limit_s), Asked(asked))
             budget = replace(budget, work=more * budget.work, stop=stop)
-            return trial_of(arguments, opened, method, targets, budget)
+            futures, holdout = targets.planning.futures, targets.holdout
+            return attempt_of(arguments, opened, method, futures, holdout=holdout, budget=budget)
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
@@ -124,16 +168,16 @@ def _found(
                 return None
 
         if arguments.gap is None:
-            return _Found(problem, planned(1, seconds), targets.are)
+            return _Planned(problem, planned(1, seconds))
 
-        def fly(order: Sequence[int], trial: Trial) -> Trial:
-            return try_order(problem, order, targets.fresh.futures, trial)
+        def fly(order: Sequence[int], attempt: Attempt) -> Attempt:
+            return try_order(problem, order, attempt)
 
         sides = TwoSided(planned, bound, fly, asked)
-        trial, certificate = planned_to_gap(
+        attempt, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
-        return _Found(problem, trial, targets.are, certificate, *reasons[:1])
+        return _Planned(problem, attempt, certificate, *reasons[:1])
 
 
 def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
@@ -147,14 +191,19 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
         certificate_file.write_certificate(folder, problem, certificate, plan_file, summary)
 
 
-def _blocks(arguments: argparse.Namespace, opened: OpenScenario, found: _Found) -> Iterator[Any]:
-    """Yield the tables and sentences to print."""
+def _blocks(
+    arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, shown: bool
+) -> Iterator[Any]:
+    """Yield the tables and sentences to print.
+
+    Parameters
+    ----------
+    shown
+        Whether the flight has been shown already.
+    """
     trial, certificate = found.trial, found.certificate
-    until_s = opened.scenario.search.horizon_s
-    if trial.plan.follows_roads:
-        yield tables.legs_table(trial.plan, opened.network, until_s)
-    else:
-        yield tables.waypoints_table(trial.plan, until_s)
+    if not shown:
+        yield flight_table(trial.plan, opened)
     yield tables.plan_table(tables.row_of(trial), found.fresh)
     hint = sentences.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
@@ -208,6 +257,14 @@ def _planning_record(trial: Trial) -> dict[str, Any]:
         "work_done": made.work,
         "stopped_early": made.stopped,
         "trace": [list(point) for point in made.trace],  # work done, best value then
+    }
+
+
+def _targets_record(targets: _Targets, trial: Trial) -> dict[str, int]:
+    return {
+        "planning": len(targets.planning.futures),
+        "holdout": 0 if targets.holdout is None else len(targets.holdout),
+        "evaluation": len(trial.evaluated.weight),
     }
 
 

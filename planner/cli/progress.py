@@ -1,76 +1,79 @@
-"""Progress on a terminal as a bar, elsewhere as plain log lines."""
+"""Progress on a terminal as a bar, elsewhere as a line every half minute."""
 
 import logging
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
+from planner.clock import rough
 from planner.messages import plain
 from planner.progress import Progress
 
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
 log = logging.getLogger(__name__)
 
-QUARTERS = 4  # log lines without a terminal
-LONG_S, SOON_S = 30.0, 3.0  # work that takes longer is announced, after so many seconds of it
+EVERY_S = 30.0  # between two lines where there is no terminal; what is done by then is silent
+QUARTERS = 4  # lines of --verbose
 
 
 @contextmanager
-def progress_bar(title: str, shorter: str = "") -> Iterator[Progress]:
+def progress_bar(title: str) -> Iterator[Progress]:
     """Give a callback that shows how far the work has come; nothing shows before its first call.
 
     The bar and the lines go to stderr. NO_COLOR is respected.
-
-    Parameters
-    ----------
-    shorter
-        What makes the work shorter: said where there is no bar to see how long it will take.
     """
     if sys.stderr is None or not sys.stderr.isatty():
-        yield _log_quarters(title, shorter)
+        yield progress_lines(title)
         return
-    from rich import progress as rich
-    from rich.console import Console
     from rich.markup import escape
 
-    columns = (
-        rich.TextColumn("{task.description}"),
-        rich.BarColumn(),
-        rich.MofNCompleteColumn(),
-        rich.TimeRemainingColumn(),
-    )
-    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        tasks: list[rich.TaskID] = []
+    with ExitStack() as stack:
+        bars: list[Bar] = []
 
         def update(done: int, total: int, note: str = "", /) -> None:
-            if not tasks:
-                tasks.append(bar.add_task(escape(plain(title)), total=total))
+            if not bars:
+                bars.append(stack.enter_context(_bar()))
+                bars[0].add_task(escape(plain(title)), total=total)
             text = escape(plain(f"{title}: {note}" if note else title))
-            bar.update(tasks[0], completed=done, total=total, description=text)
+            bars[0].update(bars[0].task_ids[0], completed=done, total=total, description=text)
 
         yield update
 
 
-def _log_quarters(title: str, shorter: str) -> Progress:
-    last, said, begun_s = -1, False, time.monotonic()
+def _bar() -> "Bar":
+    from rich import progress as rich
+    from rich.console import Console
+
+    return rich.Progress(
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+
+
+def progress_lines(title: str) -> Progress:
+    """Return a callback that writes a line every half minute, with how long the rest will take."""
+    begun_s = said_s = time.monotonic()
+    last = -1
 
     def update(done: int, total: int, note: str = "", /) -> None:
-        nonlocal last, said
-        lasts_s = time.monotonic() - begun_s
-        if shorter and not said and done and lasts_s > SOON_S and lasts_s * total / done > LONG_S:
-            said = True
-            log.warning(
-                "%s: %d of %d after %.0f s, about %.1f min in all; %s",
-                title,
-                done,
-                total,
-                lasts_s,
-                lasts_s * total / done / 60,
-                shorter,
-            )
-        quarter = QUARTERS * done // max(total, 1)
-        if quarter > last:
-            last = quarter
-            log.info("%s: %d of %d%s", title, done, total, note and f", {note}")
+        nonlocal last, said_s
+        now_s, quarter = time.monotonic(), QUARTERS * done // max(total, 1)
+        is_due = now_s - said_s >= EVERY_S and done < total
+        if is_due or quarter > last:
+            last = max(last, quarter)
+            words = f"{title}: {done:,} of {total:,}"
+            if is_due and done:
+                words += f", about {rough((now_s - begun_s) * (total - done) / done)} left"
+            log.log(logging.WARNING if is_due else logging.INFO, words + (note and f"; {note}"))
+        if is_due:
+            said_s = now_s
 
     return update

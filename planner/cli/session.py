@@ -1,19 +1,29 @@
 """What commands do around their work: open the scenario, record targets, find room for files."""
 
 import argparse
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from planner.belief.particles import Driving
 from planner.cli.arguments import scenario_overrides
 from planner.cli.progress import progress_bar
+from planner.clock import rough
 from planner.errors import OutputError
 from planner.files import alone_in, results_written_whole, written_whole
+from planner.futures.cost import cost_of
 from planner.futures.futures import Futures
+from planner.futures.record import Note
 from planner.futures.store import Recording
+from planner.futures.workers import cores
+from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, needs_holdout
 from planner.search.methods import Method
+
+log = logging.getLogger(__name__)
 
 
 def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()) -> OpenScenario:
@@ -54,38 +64,111 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
     return stack.enter_context(written_whole(path, replace=arguments.force))
 
 
-SHORTER = "fewer (--set search.particles=200 --targets 300) take less"
+LONG_S = 30.0  # what takes longer is announced
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What targets are driven for, and how they drive."""
+
+    title: str  # of the progress
+    driving: Driving
+    shorter: str  # what makes it take less
+    begins: Callable[[int], None] | None = None  # called with how many, before the first
+
+    @classmethod
+    def of_belief(cls, title: str, opened: OpenScenario) -> "Drive":
+        """Return that of particles, drawn from what is known."""
+        shorter = f"fewer (--set search.particles={opened.scenario.search.particles // 2}) take"
+        return cls(title, opened.scenario.target.driving, f"{shorter} less")
+
+    @classmethod
+    def of_truth(cls, title: str, opened: OpenScenario) -> "Drive":
+        """Return that of true targets."""
+        return cls(title, opened.scenario.truth.driving, "fewer (--targets 300) take less")
 
 
 def recorded(
     arguments: argparse.Namespace,
     opened: OpenScenario,
-    title: str,
+    drive: Drive,
     record: Callable[[Recorder], Recording],
 ) -> Recording:
-    """Return what a recorder records, and show the progress under a title."""
-    with progress_bar(title, SHORTER) as progress:
-        return record(Recorder(opened, arguments.jobs, progress))
+    """Return what a recorder records; what takes long is announced, and its progress shown."""
+    with progress_bar(drive.title) as progress:
+        begun = False
+
+        def on_progress(done: int, total: int, note: str = "", /) -> None:
+            nonlocal begun
+            if not begun:
+                begun = True
+                if drive.begins is not None:
+                    drive.begins(total)
+                _announce(arguments, opened, drive, total)
+            progress(done, total, note)
+
+        return record(Recorder(opened, arguments.jobs, on_progress))
+
+
+def _announce(arguments: argparse.Namespace, opened: OpenScenario, drive: Drive, many: int) -> None:
+    horizon_s, workers = opened.scenario.search.horizon_s, arguments.jobs or cores()
+    cost = cost_of(opened.network, many, driving=drive.driving, horizon_s=horizon_s)
+    if cost.wall_s(workers) > LONG_S:
+        log.warning(
+            "%s: %s, about %s with %s; %s",
+            drive.title,
+            counted(cost.runs, "SUMO run"),
+            rough(cost.wall_s(workers)),
+            counted(workers, "process", "processes"),
+            drive.shorter,
+        )
 
 
 def planning_recorded(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
     """Return the particles to plan with."""
-    return recorded(arguments, opened, "recording futures", Recorder.planning)
+    drive = Drive.of_belief("recording futures", opened)
+    return recorded(arguments, opened, drive, Recorder.planning)
 
 
-def evaluation_recorded(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
-    """Return the fresh targets that plans are evaluated on."""
+def evaluation_recorded(
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    *,
+    begins: Callable[[int], None] | None = None,
+    note: Note | None = None,
+) -> Recording:
+    """Return the fresh targets that plans are evaluated on.
+
+    Parameters
+    ----------
+    begins
+        Called with how many there are before the first one is driven, if any is.
+    note
+        As `Recorder.evaluation` takes it.
+    """
+    drive = replace(Drive.of_truth("recording fresh targets", opened), begins=begins)
 
     def record(recorder: Recorder) -> Recording:
-        return recorder.evaluation(arguments.targets)
+        return recorder.evaluation(arguments.targets, note=note)
 
-    return recorded(arguments, opened, "recording fresh targets", record)
+    return recorded(arguments, opened, drive, record)
 
 
 def holdout_recorded(
-    arguments: argparse.Namespace, opened: OpenScenario, method: Method
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    method: Method,
+    *,
+    begins: Callable[[int], None] | None = None,
 ) -> Futures | None:
-    """Return holdout particles for a method that chooses between plans; None if it needs none."""
+    """Return holdout particles for a method that chooses between plans; None if it needs none.
+
+    Parameters
+    ----------
+    begins
+        Called with how many there are before the first one is driven, if any is.
+    """
     if not needs_holdout(method, opened):
         return None
-    return recorded(arguments, opened, "recording holdout particles", Recorder.holdout).futures
+    drive = replace(Drive.of_belief("recording holdout particles", opened), begins=begins)
+    return recorded(arguments, opened, drive, Recorder.holdout).futures

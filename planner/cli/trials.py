@@ -11,11 +11,9 @@ from planner.bounds.certificate import STEPS, Certificate, Effort, certified
 from planner.cli.progress import progress_bar
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, budget_of
-from planner.mission.trial import Trial, try_method
-from planner.report.tables import FRESH, Fresh
+from planner.mission.trial import Attempt, attempted
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
@@ -23,27 +21,23 @@ from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, eq=False)
-class Targets:
-    """The recorded targets of a scenario, each set for one use."""
-
-    planning: Recording
-    fresh: Recording
-    holdout: Futures | None = None
-    are: Fresh = FRESH  # what the fresh ones are
-
-
-def trial_of(
+def attempt_of(
     arguments: argparse.Namespace,
     opened: OpenScenario,
     method: Method,
-    targets: Targets,
+    futures: Futures,
+    *,
+    holdout: Futures | None = None,
     budget: Budget | None = None,
-) -> Trial:
+) -> Attempt:
     """Return what a method makes of a scenario, and show the best value while it plans.
 
     Parameters
     ----------
+    futures
+        To plan with.
+    holdout
+        To choose between plans with.
     budget
         The scenario's own if not given.
     """
@@ -53,12 +47,11 @@ def trial_of(
             log.info("best so far %s after %d units of work", note, done)
             progress(done, total, note)
 
-        return try_method(
+        return attempted(
             method,
             Recorder(opened, arguments.jobs),
-            targets.planning.futures,
-            targets.fresh.futures,
-            holdout=targets.holdout,
+            futures,
+            holdout=holdout,
             budget=replace(budget or budget_of(opened), on_progress=on_progress),
         )
 

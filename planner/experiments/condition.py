@@ -12,7 +12,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.experiments.target_set import TargetSet
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import FRESH_TARGETS
+from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.draft import read_draft
 
 OF_NET = "network"  # begins the keys that decide on the network

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from planner.errors import InputError
+from planner.errors import InputError, PlannerError
 from planner.experiments.experiment import METHOD, Experiment
 from planner.experiments.results import METRICS
 from planner.experiments.run_condition import NO_STUDIES, Studies
@@ -14,8 +15,9 @@ from planner.experiments.target_set import POINTS, TargetSet
 from planner.files import shipped, shipped_names
 from planner.guard import read_toml
 from planner.messages import as_written, suggestion
-from planner.mission.recorder import FRESH_TARGETS
-from planner.scenario.draft import read_draft
+from planner.mission.sample_sizes import FRESH_TARGETS, fresh_targets
+from planner.network.read import open_network
+from planner.scenario.draft import read_draft, read_scenario
 from planner.scenario.sections import TargetSection
 from planner.scenario.source import scenario_path
 from planner.scenario.toml_text import toml_text
@@ -101,19 +103,32 @@ def _whole(path: Path, table: Table, studies: Studies) -> Experiment:
     if study and study not in studies:
         raise InputError(f"{path}: study: {study} is unknown; {suggestion(study, studies)}")
     sets = _sets(path, table.get("sets", {}))
+    place = _scenario_place(path, scenario)
+    preset = _text(path, table, "preset") if "preset" in table else None
+    usual = FRESH_TARGETS if "targets" in table else _usual_targets(place, preset)
     return Experiment(
         path=path,
         title=_text(path, table, "title", default=path.stem),
         scenario=scenario,
-        place=_scenario_place(path, scenario),
-        preset=_text(path, table, "preset") if "preset" in table else None,
+        place=place,
+        preset=preset,
         factors={},
         seeds=(_number(path, table, "seed", default=1, least=0),),
-        targets=_number(path, table, "targets", default=FRESH_TARGETS, least=0 if sets else 1),
+        targets=_number(path, table, "targets", default=usual, least=0 if sets else 1),
         sets=sets,
         study=study,
         metrics=_metrics(path, table, study),
     )
+
+
+def _usual_targets(place: Path, preset: str | None) -> int:
+    """Return how many fresh targets a plan is evaluated on in a scenario as it stands."""
+    with suppress(PlannerError):  # the conditions report what is wrong with it
+        scenario = read_scenario(place, preset=preset)
+        if scenario.truth.driving != "constant":
+            network = open_network(scenario.network, scenario.folder)
+            return fresh_targets(scenario, network)
+    return FRESH_TARGETS
 
 
 def _metrics(path: Path, table: Table, study: str) -> tuple[str, ...]:

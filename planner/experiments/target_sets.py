@@ -17,6 +17,7 @@ from planner.experiments.looks import looked
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
+from planner.futures.record import How
 from planner.futures.store import recorded
 from planner.futures.truncate import parked
 from planner.mission.opening import OpenScenario
@@ -86,7 +87,7 @@ def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
 def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
     described = {"truth": opened.scenario.truth.model_dump(mode="json")}
     recipe = _recipe(target_set, opened)
-    recording = recorded(opened.network, recipe, scenario=described, workers=workers)
+    recording = recorded(opened.network, recipe, scenario=described, how=How(workers=workers))
     futures = recording.futures
     if target_set.parks:
         futures = parked(futures, stream(0, "parks"))

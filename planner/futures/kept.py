@@ -41,6 +41,11 @@ class Kept:
         """Which particles are not recorded yet, (n,)."""
         return np.flatnonzero(~self._there)
 
+    @property
+    def ready(self) -> int:
+        """How many of the first particles are all recorded."""
+        return self.count if self._there.all() else int(np.argmin(self._there))
+
     def keep(self, particles: Offsets, part: Futures) -> None:
         """Keep the futures of some particles, in their order."""
         self._add(particles, part)
@@ -51,10 +56,10 @@ class Kept:
             with written_whole(path) as new, new.open("wb") as file:
                 np.savez(file, particles=particles, **columns)
 
-    def all(self) -> Futures:
-        """Return the futures of all particles, in order; all weigh the same and stay."""
+    def first(self, count: int) -> Futures:
+        """Return the futures of the first so many particles; all weigh the same and stay."""
         order = np.argsort(np.concatenate([particles for particles, _ in self._parts]))
-        return joined([part for _, part in self._parts]).take(order)
+        return joined([part for _, part in self._parts]).take(order[:count])
 
     def _add(self, particles: Offsets, part: Futures) -> None:
         self._there[particles] = True

@@ -1,7 +1,7 @@
 """Drives particles through SUMO and records their futures."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -33,8 +33,12 @@ SESSION = 100  # particles that share a session's seed, where each rides alone
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
 LEAST_RIDES = 10  # for which it is worth to load a session
+FIRST_NOTED = 250  # particles that a note is made on first; each later one takes twice as many
 TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
 LARGEST_SEED = 2**31 - 1
+
+
+Note = Callable[[Futures], str]
 
 
 class Way(NamedTuple):
@@ -54,12 +58,17 @@ def way_of(network: RoadNetwork, particles: Particles) -> Way:
 
 
 class How(NamedTuple):
-    """What decides how particles are recorded; of the last three nothing in the result depends."""
+    """How particles are recorded; nothing in the result depends on the last three."""
 
-    horizon_s: float  # seconds on the target's clock up to which motion is recorded
-    tolerance_m: float  # how far a future may be from a sample
+    tolerance_m: float | None = None  # how far a future may be from a sample; None: by the net
     workers: int | None = None  # processes; None: one per core
     progress: Progress | None = None  # called with the particles recorded so far and their number
+    # Called with the first particles as soon as some ride alone, as futures that stand for all;
+    # what it returns goes with the progress from then on.
+    note: Note | None = None
+
+
+NO_MATTER = How()
 
 
 def record(
@@ -91,28 +100,38 @@ def record(
     """
     if len(particles) == 0:
         raise InputError("particles: there is none to record; draw at least one")
-    how = How(
-        number("horizon_s", horizon_s, above=0.0),
-        tolerance_of(network, tolerance_m),
-        None if workers is None else whole("workers", workers, least=1),
-        progress,
-    )
-    return record_into(Kept(len(particles)), network, particles, how)
+    horizon_s = number("horizon_s", horizon_s, above=0.0)
+    workers = None if workers is None else whole("workers", workers, least=1)
+    how = How(tolerance_m, workers, progress)
+    return record_into(Kept(len(particles)), network, particles, horizon_s, how)
 
 
-def record_into(kept: Kept, network: RoadNetwork, particles: Particles, how: How) -> Futures:
+def record_into(
+    kept: Kept, network: RoadNetwork, particles: Particles, horizon_s: float, how: How
+) -> Futures:
     """Return the futures of particles, of which some may be recorded already; keep the others."""
-    way = way_of(network, particles)
+    way, tolerance_m = way_of(network, particles), tolerance_of(network, how.tolerance_m)
     workers = how.workers or cores()
     log.info("%d particles are driven %s", len(kept.missing), way.why)
-    batches = list(_batches(network, particles, kept.missing, way, how.horizon_s, workers))
+    batches = list(_batches(network, particles, kept.missing, way, horizon_s, workers))
+    said, due = "", FIRST_NOTED
     answers = in_processes(drive, [task for _, task in batches], workers=workers)
     for (batch, task), answer in zip(batches, answers, strict=True):
-        kept.keep(batch, _collected(network, particles, task, answer, how.tolerance_m))
+        kept.keep(batch, _collected(network, particles, task, answer, tolerance_m))
+        if how.note is not None and not way.together and due <= kept.ready < kept.count:
+            said, due = how.note(_weighted(kept, particles, kept.ready)), 2 * kept.ready
         if how.progress is not None:
-            how.progress(len(particles) - len(kept.missing), len(particles))
+            how.progress(kept.count - len(kept.missing), kept.count, said)
+    return _weighted(kept, particles, kept.count)
+
+
+def _weighted(kept: Kept, particles: Particles, count: int) -> Futures:
+    """Return the futures of the first so many particles, which stand for all."""
     return replace(
-        kept.all(), weight=particles.weight, gone=particles.gone, target=particles.target
+        kept.first(count),
+        weight=particles.weight[:count] * (kept.count / count),
+        gone=particles.gone[:count],
+        target=particles.target[:count],
     )
 
 

@@ -25,7 +25,7 @@ from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
-from planner.futures.record import How, record_into, tolerance_of
+from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
 from planner.interrupts import undone_if_stopped
@@ -33,7 +33,6 @@ from planner.locks import held
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import dictionary, read_table, write_table
-from planner.progress import Progress
 from planner.provenance import version_of
 
 log = logging.getLogger(__name__)
@@ -58,13 +57,7 @@ class Recording:
 
 
 def recorded(
-    network: RoadNetwork,
-    recipe: Recipe,
-    *,
-    scenario: Mapping[str, Any],
-    tolerance_m: float | None = None,
-    workers: int | None = None,
-    progress: Progress | None = None,
+    network: RoadNetwork, recipe: Recipe, *, scenario: Mapping[str, Any], how: How = NO_MATTER
 ) -> Recording:
     """Return the futures of particles from the cache; they are drawn and driven once only.
 
@@ -72,11 +65,11 @@ def recorded(
     ----------
     scenario
         What the particles are drawn from, in the scenario's words; written into the files.
-    tolerance_m, workers, progress
-        As ``record`` takes them.
+    how
+        Its progress is called before the first particle is driven as well; neither that nor its
+        note is called if the cache has all.
     """
-    tolerance_m = tolerance_of(network, tolerance_m)
-    described = describe(network, scenario, tolerance_m)
+    described = describe(network, scenario, tolerance_of(network, how.tolerance_m))
     folder = cache_folder("futures") / _key(recipe, described)
     if is_whole(folder):
         try:
@@ -88,9 +81,10 @@ def recorded(
     with held(unfinished):
         if not is_whole(folder):  # another command may have recorded the same meanwhile
             kept = Kept(len(particles), unfinished)
+            if how.progress is not None:
+                how.progress(kept.count - len(kept.missing), kept.count)
             with undone_if_stopped(partial(_say_kept, kept)):
-                how = How(recipe.horizon_s, tolerance_m, workers, progress)
-                futures = record_into(kept, network, particles, how)
+                futures = record_into(kept, network, particles, recipe.horizon_s, how)
             with results_written_whole(folder, force=True) as new:
                 write_recording(new, futures, particles, network, described)
             seal(folder)

@@ -16,17 +16,16 @@ from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
+from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
 from planner.mission.opening import OpenScenario
+from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
 from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
 from planner.streams import stream
-
-HOLDOUT_FACTOR = 2  # times as many particles as are planned with, to choose between plans on
-FRESH_TARGETS = 4000  # how many a plan is evaluated on
 
 
 @dataclass(frozen=True)
@@ -59,14 +58,25 @@ class Recorder:
     def holdout(self) -> Recording:
         """Return the particles on which methods choose between plans."""
         search = self.opened.scenario.search
-        many = HOLDOUT_FACTOR * search.particles
+        many = holdout_particles(self.opened.scenario, self.opened.network)
         # The stream keeps the first name of these: another one would change what is drawn.
         return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
 
-    def evaluation(self, targets: int = FRESH_TARGETS) -> Recording:
-        """Return the fresh targets on which plans are evaluated, independent draws."""
+    def evaluation(self, targets: int | None = None, *, note: Note | None = None) -> Recording:
+        """Return the fresh targets on which plans are evaluated, independent draws.
+
+        Parameters
+        ----------
+        targets
+            How many; if not given, as many as `planner.mission.sample_sizes` has for them.
+        note
+            Where each is driven alone, called with the first ones as soon as there are some, as
+            `planner.futures.record.How` has it.
+        """
+        if targets is None:
+            targets = fresh_targets(self.opened.scenario, self.opened.network)
         many = whole("targets", targets, least=1)
-        return self._drawn(self.opened.truth_prior, many, ("evaluation",))
+        return self._drawn(self.opened.truth_prior, many, ("evaluation",), note=note)
 
     def truths(self, targets: int, *, seed: int) -> Recording:
         """Return true targets for missions, independent draws under their own seed."""
@@ -97,6 +107,7 @@ class Recorder:
         *,
         sampling: Sampling = "iid",
         seed: int | None = None,
+        note: Note | None = None,
     ) -> Recording:
         scenario = self.opened.scenario
         seed = scenario.search.seed if seed is None else seed
@@ -109,17 +120,15 @@ class Recorder:
             "seed": seed,
             "stream": list(name),
         }
-        return self._recorded(Drawn(prior, n, horizon_s, seed, tuple(name), sampling), drawn_from)
+        recipe = Drawn(prior, n, horizon_s, seed, tuple(name), sampling)
+        return self._recorded(recipe, drawn_from, note)
 
-    def _recorded(self, recipe: Recipe, described: Mapping[str, Any]) -> Recording:
-        return recorded(
-            self.opened.network,
-            recipe,
-            scenario=described,
-            tolerance_m=self.opened.scenario.futures.tolerance_m,
-            workers=self.workers,
-            progress=self.progress,
-        )
+    def _recorded(
+        self, recipe: Recipe, described: Mapping[str, Any], note: Note | None = None
+    ) -> Recording:
+        tolerance_m = self.opened.scenario.futures.tolerance_m
+        how = How(tolerance_m, self.workers, self.progress, note)
+        return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 
 def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:

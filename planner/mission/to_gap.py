@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from planner.bounds.certificate import Certificate
 from planner.flight.plan import Plan
-from planner.mission.trial import Trial
+from planner.mission.trial import Attempt
 
 # Shares of the time by which each part has ended; the last bound has what is left.
 PLANNED, BOUNDED, PLANNED_AGAIN = 0.15, 0.3, 0.45
@@ -17,15 +17,15 @@ MORE = 8  # times as much work for the second plan
 class TwoSided:
     """The two sides from which the gap is closed; each hears how many seconds it has at most."""
 
-    plan: Callable[[int, float], Trial]  # with so many times the scenario's work
+    plan: Callable[[int, float], Attempt]  # with so many times the scenario's work
     bound: Callable[[Plan, float], Certificate | None]  # None: no bound is known here
-    fly: Callable[[Sequence[int], Trial], Trial]  # other legs than a trial's, in order
+    fly: Callable[[Sequence[int], Attempt], Attempt]  # other legs than an attempt's, in order
     asked: Callable[[], bool] = bool  # whether somebody wants the best of both so far
 
 
 def planned_to_gap(
     sides: TwoSided, gap: float, *, seconds: float = float("inf"), again: bool = True
-) -> tuple[Trial, Certificate | None]:
+) -> tuple[Attempt, Certificate | None]:
     """Return a plan and its certificate, as soon as the gap is small enough.
 
     There are two turns. The second one plans with more work and goes on from the better plan. What
@@ -46,47 +46,47 @@ def planned_to_gap(
     def enough(reached: Certificate | None) -> bool:
         return reached is None or reached.gap <= gap or sides.asked() or left_s(1.0) == 0.0
 
-    trial = sides.plan(1, left_s(PLANNED if again else BOUNDED))
-    certificate = sides.bound(trial.plan, left_s(BOUNDED if again else 1.0))
-    trial, certificate = _with_better(trial, certificate, sides, gap)
+    attempt = sides.plan(1, left_s(PLANNED if again else BOUNDED))
+    certificate = sides.bound(attempt.plan, left_s(BOUNDED if again else 1.0))
+    attempt, certificate = _with_better(attempt, certificate, sides, gap)
     if enough(certificate) or not again:
-        return trial, certificate
+        return attempt, certificate
     cut = left_s(BOUNDED) == 0.0
     other = sides.plan(MORE, left_s(PLANNED_AGAIN))
-    better = other.planned.is_better(trial.planned)
+    better = other.planned.is_better(attempt.planned)
     if better:
-        trial, certificate = other, _certificate_of(other, certificate, sides)
+        attempt, certificate = other, _certificate_of(other, certificate, sides)
     if not enough(certificate) and (better or cut):
-        certificate = _tighter(certificate, sides.bound(trial.plan, left_s(1.0)), trial)
-    return _with_better(trial, certificate, sides, gap)
+        certificate = _tighter(certificate, sides.bound(attempt.plan, left_s(1.0)), attempt)
+    return _with_better(attempt, certificate, sides, gap)
 
 
 def _with_better(
-    trial: Trial, certificate: Certificate | None, sides: TwoSided, gap: float
-) -> tuple[Trial, Certificate | None]:
+    attempt: Attempt, certificate: Certificate | None, sides: TwoSided, gap: float
+) -> tuple[Attempt, Certificate | None]:
     """Return what bounding met in the plan's place, if it is better and the gap too wide."""
     if certificate is None or certificate.gap <= gap or not certificate.better:
-        return trial, certificate
-    other = sides.fly(certificate.better, trial)
-    if not other.planned.is_better(trial.planned):
-        return trial, certificate
+        return attempt, certificate
+    other = sides.fly(certificate.better, attempt)
+    if not other.planned.is_better(attempt.planned):
+        return attempt, certificate
     return other, replace(certificate, value=other.planned.figure, better=())
 
 
 def _certificate_of(
-    trial: Trial, certificate: Certificate | None, sides: TwoSided
+    attempt: Attempt, certificate: Certificate | None, sides: TwoSided
 ) -> Certificate | None:
     """Return the certificate of a plan, from that of another one if both are of one class."""
-    if certificate is None or (certificate.plan_class == "roads") != trial.plan.follows_roads:
-        return sides.bound(trial.plan, 0.0)
-    return replace(certificate, value=trial.planned.figure)
+    if certificate is None or (certificate.plan_class == "roads") != attempt.plan.follows_roads:
+        return sides.bound(attempt.plan, 0.0)
+    return replace(certificate, value=attempt.planned.figure)
 
 
 def _tighter(
-    one: Certificate | None, other: Certificate | None, trial: Trial
+    one: Certificate | None, other: Certificate | None, attempt: Attempt
 ) -> Certificate | None:
     """Return the certificate with the tighter bound."""
     if one is None or other is None:
         return one or other
     is_higher = other.bound > one.bound
-    return other if is_higher == (trial.planned.objective.by_s is None) else one
+    return other if is_higher == (attempt.planned.objective.by_s is None) else one

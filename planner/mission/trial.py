@@ -2,11 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 from planner.compiling import COMPILING
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
+from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of
@@ -17,14 +18,14 @@ from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """One plan of one method, with its figures."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Attempt:
+    """One plan of one method, before it meets fresh targets."""
 
     method: str
+    sensor: Sensor
     result: SearchResult
     planned: Evaluation  # on the futures that it was planned with
-    evaluated: Evaluation  # on fresh targets
     took_s: float  # wall-clock time of planning, without compilation
     work_allowed: int  # units of work that it might have done
 
@@ -38,6 +39,22 @@ class Trial:
         """How many roads the plan flies."""
         return self.plan.roads
 
+    def evaluated_on(self, targets: Futures) -> Evaluation:
+        """Return what the plan is worth on other targets."""
+        return evaluate(self.plan.tracks, targets, self.sensor, self.planned.objective)
+
+    def met(self, fresh: Futures) -> "Trial":
+        """Return it with what the plan is worth on fresh targets."""
+        mine = {field.name: getattr(self, field.name) for field in fields(Attempt)}
+        return Trial(**mine, evaluated=self.evaluated_on(fresh))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trial(Attempt):
+    """One plan of one method, with its figures."""
+
+    evaluated: Evaluation  # on fresh targets
+
 
 def try_method(
     method: Method,
@@ -49,6 +66,21 @@ def try_method(
     budget: Budget | None = None,
 ) -> Trial:
     """Return the plan that a method makes on futures, and what it is worth on fresh targets.
+
+    Parameters and errors are those of `attempted`.
+    """
+    return attempted(method, recorder, futures, holdout=holdout, budget=budget).met(fresh)
+
+
+def attempted(
+    method: Method,
+    recorder: Recorder,
+    futures: Futures,
+    *,
+    holdout: Futures | None = None,
+    budget: Budget | None = None,
+) -> Attempt:
+    """Return the plan that a method makes on futures.
 
     Parameters
     ----------
@@ -68,17 +100,18 @@ def try_method(
     made = make_plan(method, opened, recorder, futures, holdout=holdout, budget=budget)
     took_s = time.perf_counter() - COMPILING.spent_s - begun_s
     problem = problem_of(opened, futures, method=method)
-    both = _evaluated(problem, made.plan, futures), _evaluated(problem, made.plan, fresh)
-    return Trial(method.name, made, *both, took_s, budget.work)
+    return Attempt(
+        method=method.name,
+        sensor=problem.sensor,
+        result=made,
+        planned=evaluate(made.plan.tracks, futures, problem.sensor, problem.objective),
+        took_s=took_s,
+        work_allowed=budget.work,
+    )
 
 
-def try_order(problem: Problem, order: Sequence[int], fresh: Futures, found: Trial) -> Trial:
-    """Return a trial whose plan flies other legs in order, and goes on as long as it can."""
+def try_order(problem: Problem, order: Sequence[int], found: Attempt) -> Attempt:
+    """Return an attempt that flies other legs in order, and goes on as long as it can."""
     plan = plan_of_legs(problem, found.method, with_patrol(problem, order))
-    planned = _evaluated(problem, plan, problem.futures)
-    made = replace(found.result, plan=plan)
-    return replace(found, result=made, planned=planned, evaluated=_evaluated(problem, plan, fresh))
-
-
-def _evaluated(problem: Problem, plan: Plan, targets: Futures) -> Evaluation:
-    return evaluate(plan.tracks, targets, problem.sensor, problem.objective)
+    made = replace(found, result=replace(found.result, plan=plan))
+    return replace(made, planned=made.evaluated_on(problem.futures))

@@ -36,6 +36,32 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
     )
 
 
+def so_far(evaluated: Evaluation) -> str:
+    """Return what is known of a plan while more fresh targets are driven, in words."""
+    by_s = evaluated.objective.by_s
+    if by_s is None:
+        expected_s, (low_s, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
+        return f"{expected_s:,.0f} s ({low_s:,.0f} .. {high_s:,.0f}) so far"
+    low, high = evaluated.found_by_interval(by_s)
+    return f"{evaluated.found_by_probability(by_s):.1%} ({low:.1%} .. {high:.1%}) so far"
+
+
+def estimate_follows(targets: int) -> str:
+    """Return what stands below a plan that is shown before anything is known of its worth."""
+    return (
+        f"the plan is made; what it is worth shows on {targets:,} fresh targets, which are driven "
+        "now: the estimate gets sharper as they come in"
+    )
+
+
+def better_plan_follows(first: str, method: str, particles: int) -> str:
+    """Return what stands below a plan that is shown until a slower method has made its own."""
+    return (
+        f"a first plan, by {first}; {method} makes its own, and chooses it on {particles:,} "
+        "other particles, which are driven now"
+    )
+
+
 def own_futures_line(fresh: Fresh, many: int) -> str:
     """Return what the targets are that a plan on a user's own futures is evaluated on."""
     if fresh.alike:

@@ -32,6 +32,7 @@ SCENARIOS = {
     "figure3": (),
     "figure3-gone": (),
     TOWN: (),
+    "berlin": ("--set", "search.particles=3", "--set", "search.horizon_s=400"),
     f"{TOWN}/scenario.toml": ("--set", "target.driving=free", "--set", "search.particles=10"),
 }
 FILES = {"plan.json", "evaluation.parquet", "run.json", "plan.png", "plan.add.xml"}

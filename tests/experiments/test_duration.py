@@ -9,13 +9,14 @@ from planner.experiments.condition import Condition
 from planner.experiments.duration import (
     CONDITION_S,
     LEG_S,
-    VEHICLE_S,
     Duration,
     duration_of,
     known_times,
 )
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.target_sets import targets_of
+from planner.futures.cost import cost_of
+from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from support.command_line import Commands
 
@@ -42,13 +43,17 @@ def conditions(tmp_path: Path) -> list[Condition]:
 def test_by_size_it_is_targets_driven_and_legs_flown(conditions: list[Condition]) -> None:
     first = conditions[0]
     recorder = Recorder(first.opened(), 1)
-    each_seed = len(recorder.planning().futures) + len(recorder.holdout().futures) + first.targets
-    driven = 2 * each_seed + len(targets_of(first.sets[0], first).futures)
+    sets = [len(recorder.planning().futures), len(recorder.holdout().futures), first.targets]
+    sets = [*sets, *sets, len(targets_of(first.sets[0], first).futures)]
+    network, horizon_s = first.opened().network, first.opened().scenario.search.horizon_s
+    costs = [cost_of(network, n, driving="constant", horizon_s=horizon_s) for n in sets]
     legs = 4 * first.opened().scenario.search.work  # best's at two distances, with two seeds
-    expected_s = VEHICLE_S * driven + LEG_S * legs + CONDITION_S * len(conditions)
+    driven_s = sum(cost.load_s + cost.cpu_s for cost in costs)
+    expected_s = driven_s + LEG_S * legs + CONDITION_S * len(conditions)
     found = duration_of(conditions, {})
     assert found.time_s == pytest.approx(expected_s)
     assert (found.timed, found.sized, found.unknown) == (0, 8, ())
+    assert found.runs == sum(cost.runs for cost in costs)
 
 
 def test_what_is_finished_tells_of_what_waits(conditions: list[Condition]) -> None:
@@ -58,7 +63,9 @@ def test_what_is_finished_tells_of_what_waits(conditions: list[Condition]) -> No
     one = dataclasses.replace(conditions[0], sets=(), targets=0, method="wait")
     found = duration_of([one], known)
     assert (found.timed, found.sized) == (1, 0)
-    assert found.time_s == pytest.approx(2.0 + 10 * VEHICLE_S)
+    network, horizon_s = one.opened().network, one.opened().scenario.search.horizon_s
+    driven = cost_of(network, 10, driving="constant", horizon_s=horizon_s)
+    assert found.time_s == pytest.approx(2.0 + driven.cpu_s)
 
 
 def test_of_studies_nothing_is_known_before_one_is_done(conditions: list[Condition]) -> None:
@@ -109,3 +116,33 @@ def test_dry_run_of_the_paper_lists_all_experiments(
     assert "conditions, 0 of them finished" in shown.out
     assert "about " in shown.out
     assert not (tmp_path / "none").exists()
+
+
+def test_a_town_is_charged_by_its_own_net(tmp_path: Path, berlin: OpenScenario) -> None:
+    path = tmp_path / "town.toml"
+    path.write_text('scenario = "berlin"\ntargets = 100\n[factors]\nmethod = ["rate"]\n')
+    (condition,) = read_experiment(path).conditions()
+    horizon_s = berlin.scenario.search.horizon_s
+    driven = [cost_of(berlin.network, n, driving="free", horizon_s=horizon_s) for n in (400, 100)]
+    found = duration_of([condition], {})
+    assert found.runs == 500
+    assert found.time_s == pytest.approx(CONDITION_S + sum(cost.wall_s(1) for cost in driven))
+
+
+def test_what_takes_long_is_announced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "tiny.toml"
+    text = 'scenario = "figure3"\ntargets = 10\nreplicates = 2\n[factors]\nmethod = ["wait"]\n'
+    path.write_text(text)
+    quiet = Commands(capsys)("experiment", path, "-o", tmp_path / "quiet", "-j", "1")
+    assert (quiet.code, quiet.err) == (0, "")
+    monkeypatch.setattr("planner.cli.batch.LONG_S", 0.0)
+    said = Commands(capsys)("experiment", path, "-o", tmp_path / "told", "-j", "1")
+    runs = 2  # figure3's particles are all there are; its fresh targets share a run for each seed
+    assert said.err == (
+        f"planner: tiny: 2 conditions, {runs} SUMO runs: about 1 s with 1 process "
+        "(2 by their size, good to a factor of two)\n"
+    )
+    again = Commands(capsys)("experiment", path, "-o", tmp_path / "told", "-j", "1")
+    assert again.err == ""

@@ -10,6 +10,7 @@ import pytest
 from planner.errors import InputError
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
+from planner.mission.sample_sizes import FRESH_TARGETS, fresh_targets
 from planner.paper.studies import STUDIES
 from planner.scenario.source import read_source
 from planner.scenario.toml_text import toml_text
@@ -202,3 +203,15 @@ def test_dry_run_lists_and_runs_nothing(
     assert [c["id"] for c in listed] == [c.id for c in sound.conditions()]
     assert {c["finished"] for c in listed} == {False}
     assert not out.exists()
+
+
+def test_in_a_town_fewer_targets_are_usual(tmp_path: Path) -> None:
+    town = 'scenario = "berlin"\n[factors]\nmethod = ["rate"]\n'
+    (condition,) = read_experiment(written(tmp_path, town)).conditions()
+    opened = condition.opened()
+    assert condition.targets == fresh_targets(opened.scenario, opened.network) < FRESH_TARGETS
+    (condition,) = read_experiment(written(tmp_path, f"targets = 70\n{town}")).conditions()
+    assert condition.targets == 70
+    grid = town.replace("berlin", "grid5x5")
+    (condition,) = read_experiment(written(tmp_path, grid)).conditions()
+    assert condition.targets == FRESH_TARGETS

@@ -16,7 +16,7 @@ from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn, Given, OneTarget, Recipe
 from planner.errors import InputError
 from planner.futures import store
-from planner.futures.record import record
+from planner.futures.record import How, record
 from planner.futures.store import describe, made_by, read_recording, recorded, write_recording
 from planner.network.road_network import RoadNetwork
 from support.instances import edge_of_knots, figure3, physics_futures
@@ -105,7 +105,7 @@ def test_targets_are_recorded(tmp_path: Path) -> None:
 def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     network = grid5x5()
     particles = walkers(network, 4, np.random.default_rng(2), start="r0c0-r0c1", roads=2)
-    first = recorded(network, Given(particles, 900.0), scenario={"a": 1}, workers=1)
+    first = recorded(network, Given(particles, 900.0), scenario={"a": 1}, how=ALONE)
     assert (empty_cache / "futures").is_dir()
     monkeypatch.setattr(store, "record_into", lambda *_, **__: pytest.fail("recorded again"))
     again = recorded(network, Given(particles, 900.0), scenario={"a": 1})
@@ -117,7 +117,7 @@ def test_another_horizon_or_particle_is_recorded_anew(empty_cache: Path) -> None
     rng = np.random.default_rng(3)
     one, other = (walkers(network, 2, rng, start="r0c0-r0c1", roads=2) for _ in range(2))
     ends = [
-        recorded(network, Given(particles, horizon_s), scenario={}, workers=1).futures.end_s
+        recorded(network, Given(particles, horizon_s), scenario={}, how=ALONE).futures.end_s
         for particles, horizon_s in ((one, 300.0), (one, 600.0), (other, 600.0))
     ]
     assert ends[0].max() < ends[1].min()
@@ -129,13 +129,15 @@ def test_another_tolerance_is_recorded_anew_and_stands_in_the_file(empty_cache: 
     particles = walkers(network, 2, np.random.default_rng(3), start="r0c0-r0c1", roads=2)
     said = []
     for tolerance_m in (None, 1.0, 7.5):
-        made = recorded(
-            network, Given(particles, 300.0), scenario={}, tolerance_m=tolerance_m, workers=1
-        )
+        how = How(tolerance_m, workers=1)
+        made = recorded(network, Given(particles, 300.0), scenario={}, how=how)
         said.append((made.path, pq.read_schema(made.path).metadata[b"tolerance_m"]))
     assert said[0] == said[1]  # what holds on abstract nets
     assert [text for _, text in said[1:]] == [b"1.0", b"7.5"]
     assert len(list((empty_cache / "futures").iterdir())) == 2
+
+
+ALONE = How(workers=1)
 
 
 def drawn() -> Drawn:
@@ -287,7 +289,7 @@ def test_nothing_is_drawn_that_is_recorded(
     turns = turn_probability(network, {})
     prior = replace(drawn().prior, edge_probability=edges, turn_probability=turns)
     recipe = replace(drawn(), prior=prior, count=3)
-    made = recorded(network, recipe, scenario={}, workers=1)
+    made = recorded(network, recipe, scenario={}, how=ALONE)
     monkeypatch.setattr(Drawn, "particles", lambda *_: pytest.fail("drawn again"))
     again = recorded(network, recipe, scenario={})
     np.testing.assert_array_equal(again.futures.time_s, made.futures.time_s)

@@ -11,7 +11,7 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.flight.plan import Plan
 from planner.mission.to_gap import MORE, TwoSided, planned_to_gap
-from planner.mission.trial import Trial
+from planner.mission.trial import Attempt
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.result import SearchResult
 from support.search_instances import random_problem
@@ -21,23 +21,30 @@ ROADS = plan_of_legs(PROBLEM, "roads", [0, 2])
 FREE = plan_of_wait(PROBLEM, "free", 0.0, 0.0)
 
 
-def trial(value: float, plan: Plan = ROADS, *, by_s: float | None = None) -> Trial:
+def trial(value: float, plan: Plan = ROADS, *, by_s: float | None = None) -> Attempt:
     """A trial whose plan has a given figure."""
     seen = np.array([value, value]) if by_s is None else np.array([0.0, np.inf])
     weight = np.array([0.5, 0.5]) if by_s is None else np.array([value, 1.0 - value])
     planned = Evaluation(seen, weight, np.zeros(2), Objective(PROBLEM.horizon_s, by_s))
-    return Trial("", SearchResult(plan), planned, planned, 0.0, 0)
+    return Attempt(
+        method="",
+        sensor=PROBLEM.sensor,
+        result=SearchResult(plan),
+        planned=planned,
+        took_s=0.0,
+        work_allowed=0,
+    )
 
 
 class Hands:
     """Plans and bounds in the order given, and what was asked for."""
 
-    def __init__(self, trials: Sequence[Trial], bounds: Sequence[float | None]) -> None:
+    def __init__(self, trials: Sequence[Attempt], bounds: Sequence[float | None]) -> None:
         self.trials, self.bounds, self.more = list(trials), list(bounds), list[int]()
         self.value = np.nan
-        self.better: dict[float, Trial] = {}  # what bounding meets, by the bound
+        self.better: dict[float, Attempt] = {}  # what bounding meets, by the bound
 
-    def plan(self, more: int, _: float) -> Trial:
+    def plan(self, more: int, _: float) -> Attempt:
         self.more.append(more)
         made = self.trials.pop(0)
         self.value = made.planned.figure
@@ -50,12 +57,12 @@ class Hands:
         self.met = self.better.get(bound or 0.0)
         return bound and Certificate(self.value, bound, kind, better=met)
 
-    def fly(self, order: Sequence[int], _: Trial) -> Trial:
+    def fly(self, order: Sequence[int], _: Attempt) -> Attempt:
         assert self.met is not None
         assert list(order) == [3]
         return self.met
 
-    def found(self, gap: float, **more: object) -> tuple[Trial, Certificate | None]:
+    def found(self, gap: float, **more: object) -> tuple[Attempt, Certificate | None]:
         found = planned_to_gap(TwoSided(self.plan, self.bound, self.fly), gap, **more)
         assert (self.trials, self.bounds) == ([], [])
         return found

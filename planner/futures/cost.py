@@ -1,0 +1,55 @@
+"""What it costs SUMO to drive targets, known before any is driven."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.belief.particles import Driving
+from planner.futures.record import SHARED
+from planner.network.road_network import RoadNetwork
+
+# Seconds of one core of an ordinary server; another one may take twice or half as long.
+#
+# Alone: a target that SUMO's driver drives, for each second of its motion. Targets of 20 minutes
+# took 20 ms on a net of 740 edges and 35 ms on one of 5,749: a line through both.
+ALONE_S, ALONE_EDGE_S = 1.48e-5, 2.5e-9
+# A process reads the net once: 0.34 s and 1.2 s on the same two.
+LOAD_S, LOAD_EDGE_S = 0.21, 1.72e-4
+# Shared: one of a hundred targets at constant speed that share a run, for each second up to the
+# horizon; 2.0e-7 to 2.4e-7 on the 5 x 5 grid. Each run reads the net again, which is small.
+SHARED_S, SHARED_RUN_S = 2.2e-7, 0.01
+
+
+class Cost(NamedTuple):
+    """What a recording costs."""
+
+    runs: int  # of SUMO
+    cpu_s: float  # of one core, for all of them
+    load_s: float  # for each process, before its first run
+
+    def wall_s(self, workers: int) -> float:
+        """Return how long it takes with some processes, seconds."""
+        return self.load_s + self.cpu_s / max(1, min(workers, self.runs))
+
+
+def cost_of(network: RoadNetwork, particles: int, *, driving: Driving, horizon_s: float) -> Cost:
+    """Return what it costs to record particles; those that end early cost less.
+
+    Parameters
+    ----------
+    driving
+        As the particles have it: with a driver each has a run of its own.
+    horizon_s
+        Up to when they are recorded, seconds on the target's clock.
+    """
+    if shares_runs(network, driving):
+        runs = -(-particles // SHARED)
+        return Cost(runs, SHARED_S * horizon_s * particles + SHARED_RUN_S * runs, 0.0)
+    edges = len(network.edge_ids)
+    each_s = (ALONE_S + ALONE_EDGE_S * edges) * horizon_s
+    return Cost(particles, each_s * particles, LOAD_S + LOAD_EDGE_S * edges)
+
+
+def shares_runs(network: RoadNetwork, driving: Driving) -> bool:
+    """Return whether many particles share a run wherever they drive on a net."""
+    return driving == "constant" and bool(np.all(network.edge_lanes == 1))
