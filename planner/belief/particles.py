@@ -51,8 +51,8 @@ class Particles(Frozen):
             phase_s=np.int32,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
-        columns |= {"target": self.target, "phase_s": self.phase_s}
-        count = same_length(weight=self.weight, gone=self.gone, **columns)
+        kinds = {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
+        count = same_length(weight=self.weight, **kinds, **columns)
         edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
         offsets("first_edge", self.first_edge, count, edges)
         finite(start_m=self.start_m, depart_s=self.depart_s, speed_mps=self.speed_mps)
@@ -61,6 +61,26 @@ class Particles(Frozen):
 
     def __len__(self) -> int:
         return len(self.weight)
+
+    def take(self, particles: Offsets | Flags) -> "Particles":
+        """Return some particles only, in the order given, weights as they are."""
+        index = np.arange(len(self))[particles]
+        counts = np.diff(self.first_edge)[index]
+        first = np.concatenate(([0], np.cumsum(counts)))
+        rows = np.arange(first[-1]) + np.repeat(self.first_edge[index] - first[:-1], counts)
+        return Particles(
+            weight=self.weight[index],
+            start_m=self.start_m[index],
+            depart_s=self.depart_s[index],
+            first_edge=first,
+            route_edge=self.route_edge[rows],
+            speed_mps=self.speed_mps[rows],
+            seed=self.seed[index],
+            gone=self.gone[index],
+            driving=self.driving,
+            target=self.target[index],
+            phase_s=self.phase_s[index],
+        )
 
     def route(self, particle: int) -> Ints:
         """Return one particle's edges in driving order, (k,)."""

@@ -3,6 +3,7 @@
 import argparse
 import shutil
 from contextlib import ExitStack
+from typing import Any
 
 from planner.cli.arguments import add_scenario, path
 from planner.cli.printing import print_result, summary_lines
@@ -28,21 +29,29 @@ def run(arguments: argparse.Namespace) -> int:
     """Record the particles' futures and print how many there are."""
     from planner.cli.session import opened_scenario, output_folder, planning_recorded
     from planner.futures.store import FILES, KNOTS
+    from planner.mission.guess import planning_clock_error
+    from planner.mission.recorder import Recorder
 
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
-        recording = planning_recorded(arguments, opened_scenario(arguments))
+        opened = opened_scenario(arguments)
+        recording = planning_recorded(arguments, opened)
         stored = recording.path
         if folder is not None:
             for name in FILES:
                 shutil.copyfile(stored.with_name(name), folder / name)
             stored = arguments.output / KNOTS
-    summary = {
+    summary: dict[str, Any] = {
         "futures": str(stored),
         "particles": len(recording.futures),
         "knots": len(recording.futures.time_s),
         "first_end_s": float(recording.futures.end_s.min()),
         "last_end_s": float(recording.futures.end_s.max()),
     }
-    print_result(arguments, summary, summary_lines(summary))
+    lines = summary_lines(summary)
+    error = planning_clock_error(Recorder(opened, arguments.jobs), recording.futures)
+    if error is not None:
+        summary["clock"] = error.as_json()
+        lines.append(str(error))
+    print_result(arguments, summary, lines)
     return 0

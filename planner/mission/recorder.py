@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.belief.particles import Particles
 from planner.belief.prior import Prior
 from planner.belief.recipe import Drawn, OneTarget, Recipe
 from planner.belief.sampling import Sampling
@@ -49,6 +50,14 @@ class Recorder:
         search = self.opened.scenario.search
         name = ("particles",) if step is None else ("particles", whole("step", step))
         return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
+
+    def planning_particles(self) -> Particles:
+        """Return the particles that `planning` records, before they move."""
+        search = self.opened.scenario.search
+        recipe = self._recipe(
+            self.opened.prior, search.particles, ("particles",), sampling=search.sampling
+        )
+        return recipe.particles(self.opened.network)
 
     def bounding(self, number: int) -> Recording:
         """Return one of many sets of as many particles, independent draws whatever the scenario."""
@@ -109,19 +118,30 @@ class Recorder:
         seed: int | None = None,
         note: Note | None = None,
     ) -> Recording:
+        recipe = self._recipe(prior, n, name, sampling=sampling, seed=seed)
         scenario = self.opened.scenario
-        seed = scenario.search.seed if seed is None else seed
-        horizon_s = scenario.search.horizon_s
         belief = scenario.target if prior is self.opened.prior else scenario.truth
         drawn_from = {
             "target": belief.model_dump(mode="json", exclude_none=True),
-            "horizon_s": horizon_s,
+            "horizon_s": recipe.horizon_s,
             "sampling": sampling,
-            "seed": seed,
+            "seed": recipe.seed,
             "stream": list(name),
         }
-        recipe = Drawn(prior, n, horizon_s, seed, tuple(name), sampling)
         return self._recorded(recipe, drawn_from, note)
+
+    def _recipe(
+        self,
+        prior: Prior,
+        n: int,
+        name: Sequence[str | int],
+        *,
+        sampling: Sampling = "iid",
+        seed: int | None = None,
+    ) -> Drawn:
+        search = self.opened.scenario.search
+        seed = search.seed if seed is None else seed
+        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling)
 
     def _recorded(
         self, recipe: Recipe, described: Mapping[str, Any], note: Note | None = None

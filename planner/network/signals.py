@@ -67,6 +67,8 @@ class Signals(Frozen):
         offsets("first_point", self.first_point, lines, len(self.xy_m))
         lengths(lines, limit_mps=self.limit_mps)
         finite(xy_m=self.xy_m, length_m=self.length_m, limit_mps=self.limit_mps)
+        if np.any(np.diff(self.first_point) < 2):
+            raise InputError("first_point: a lane is drawn by fewer than two points")
         if not (np.all(self.length_m >= 0.0) and np.all(self.limit_mps > 0.0)):
             raise InputError("length_m, limit_mps: a lane has no length, or nobody may drive there")
 

@@ -11,7 +11,7 @@ from planner.network.read import read_net
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import GO, STOP, YIELD, signal_cycle_s, signals_of
 from planner.network.sumo import CAR, sumo_home
-from tests.support.sumo_instances import grid5x5, town
+from support.sumo_instances import grid5x5, town
 
 
 def berlin() -> RoadNetwork:

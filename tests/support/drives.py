@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner.belief.particles import Particles
-from planner.futures.futures import NO_EDGE, Futures
+from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 
 ROOT = Path(__file__).parents[2]
@@ -48,7 +48,6 @@ def driven(network: RoadNetwork, particles: Particles, *, horizon_s: int) -> Fut
         time_s=np.arange(len(xy_m)) - np.repeat(first[:-1], count),
         x_m=xy_m[:, 0],
         y_m=xy_m[:, 1],
-        edge=np.full(len(xy_m), NO_EDGE),
         first_knot=first,
         weight=particles.weight,
         gone=particles.gone,
