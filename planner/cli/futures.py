@@ -3,10 +3,15 @@
 import argparse
 import shutil
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from planner.cli.arguments import add_scenario, path
 from planner.cli.printing import print_result, summary_lines
+
+if TYPE_CHECKING:
+    from planner.futures.clock_error import ClockError
+    from planner.futures.store import Recording
+    from planner.mission.opening import OpenScenario
 
 SUMMARY = "simulate the particles in SUMO and record their futures"
 DETAILS = "Writes futures.parquet, edges.parquet and particles.parquet."
@@ -29,8 +34,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Record the particles' futures and print how many there are."""
     from planner.cli.session import opened_scenario, output_folder, planning_recorded
     from planner.futures.store import FILES, KNOTS
-    from planner.mission.guess import planning_clock_error
-    from planner.mission.recorder import Recorder
 
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
@@ -49,9 +52,19 @@ def run(arguments: argparse.Namespace) -> int:
         "last_end_s": float(recording.futures.end_s.max()),
     }
     lines = summary_lines(summary)
-    error = planning_clock_error(Recorder(opened, arguments.jobs), recording.futures)
+    error = _clock_error(opened, recording)
     if error is not None:
         summary["clock"] = error.as_json()
         lines.append(str(error))
     print_result(arguments, summary, lines)
     return 0
+
+
+def _clock_error(opened: "OpenScenario", recording: "Recording") -> "ClockError | None":
+    """Return how far the kinematic clock is off on the scenario's net; None if it has none."""
+    if opened.network.is_abstract:
+        return None
+    from planner.mission.guess import planning_clock_error
+    from planner.mission.recorder import Recorder
+
+    return planning_clock_error(Recorder(opened), recording.futures)

@@ -1,7 +1,7 @@
 """The kinematic clock's driver, fitted to what SUMO recorded of some hundred particles."""
 
-from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -23,6 +23,7 @@ STEPS = {
     "accel": (0.2, 0.5),
 }
 ROUNDS = 3  # each with half the steps of the one before
+MOST_STEPS = 4  # of one value, one way, in a round
 EVERY_S = 30.0  # between times that are compared
 FAR_M = 100.0  # a particle that is farther off, mostly for a missed green, counts as this far
 MOST = 500  # particles that are looked at
@@ -65,20 +66,21 @@ def calibrated(
 
     best, best_m = Calibration(), off_m(Calibration())
     for share in (0.5**n for n in range(ROUNDS)):
-        for name in STEPS:
-            for tried in _tries(best, name, share):
-                tried_m = off_m(tried)
-                if tried_m < best_m:
-                    best, best_m = tried, tried_m
+        for name, way in product(STEPS, (-share, share)):
+            for _ in range(MOST_STEPS):
+                tried = _stepped(best, name, way)
+                tried_m = off_m(tried) if tried is not None else np.inf
+                if tried is None or tried_m >= best_m:
+                    break
+                best, best_m = tried, tried_m
     return best
 
 
-def _tries(best: Calibration, name: str, share: float) -> Iterator[Calibration]:
+def _stepped(driver: Calibration, name: str, way: float) -> Calibration | None:
+    """Return a driver with one value a step further; None if it would be too low."""
     step, least = STEPS[name]
-    for way in (-1.0, 1.0):
-        value = getattr(best, name) + way * share * step
-        if value >= least:
-            yield replace(best, **{name: value})
+    value = getattr(driver, name) + way * step
+    return replace(driver, **{name: value}) if value >= least else None
 
 
 def _mean_distance(clock: Futures, recorded: Futures, horizon_s: float) -> float:

@@ -39,7 +39,9 @@ class Calibration:
     yields_mps: float = 4.5  # at the line where it gives way
     late_s: float = 0.3  # by which it decides later to stop than it should brake
     early_s: float = 0.2  # by which it is off before the sample of the first green second
-    detector_s: float = 2.0  # at the limit, from an actuated signal's detector to the stop line
+    detector_s: float = (
+        1.0  # at the limit, before the line: who is there prolongs an actuated green
+    )
 
 
 # Whoever drives at a constant speed heeds nothing.

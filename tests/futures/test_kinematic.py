@@ -84,8 +84,8 @@ def test_who_gives_way_slows_down_at_the_line(signals: object) -> None:
 
 
 def test_a_detector_holds_the_green_of_an_actuated_signal() -> None:
-    # The detector lies 100 m before the line, passed at 40 s, in the last second of green.
-    phase_s = 89 - 41
+    # It would be held 50 m before the line, passed at 45 s, in the last second of green.
+    phase_s = 89 - 46
     assert clock(driver_on(phase_s=phase_s), lights()).end_s[0] > 120
     assert clock(driver_on(phase_s=phase_s), lights(actuated=True)).end_s[0] == pytest.approx(101)
     late = clock(driver_on(phase_s=phase_s + 2), lights(actuated=True))

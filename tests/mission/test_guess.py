@@ -1,0 +1,85 @@
+"""What the kinematic clock is worth on a scenario's own recording."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.mission import guess
+from planner.mission.guess import planning_clock_error
+from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.recorder import Recorder
+from planner.network.signals import Signals, signals_of
+from support.command_line import TOWN, Commands
+
+FEW = ["search.particles=8", "search.horizon_s=310"]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Commands:
+    return Commands(capsys)
+
+
+def opened(*overrides: str) -> OpenScenario:
+    return open_scenario(TOWN, overrides=[*FEW, *overrides])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("driving", ["free", "constant"])
+def test_the_command_tells_how_far_the_clock_is_off(run: Commands, driving: str) -> None:
+    options = [f'target.driving="{driving}"', *FEW]
+    options = [word for option in options for word in ("--set", option)]
+    found = run("futures", TOWN, *options, "--json").json["clock"]
+    assert found["particles"] == 8
+    assert found["at_180_s_m"] < 15.0
+    assert found["at_300_s_m"] < 45.0
+    said = run("futures", TOWN, *options).out
+    assert f"the kinematic clock (a guess): {found['at_180_s_m']:.0f} m off at 180 s" in said
+
+
+def test_abstract_nets_have_no_clock(run: Commands) -> None:
+    few = ["--set", "search.particles=4"]
+    assert "kinematic" not in run("futures", "grid5x5", *few).out
+    assert "clock" not in run("futures", "grid5x5", *few, "--json").json
+
+
+def test_the_particles_are_those_that_are_recorded() -> None:
+    recorder = Recorder(opened(), workers=1)
+    particles, recording = recorder.planning_particles(), recorder.planning()
+    edge_ids = np.array(recorder.opened.network.edge_ids)
+    names = [" ".join(edge_ids[particles.route(k)]) for k in range(8)]
+    assert list(recording.route) == names
+    assert list(recording.speed_mps) == [particles.speeds(k)[0] for k in range(8)]
+
+
+def test_what_is_calibrated_on_is_not_measured_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorder = Recorder(opened('target.driving="free"'), workers=1)
+    recorded = recorder.planning().futures
+    signals = signals_of(recorder.opened.network)
+    actuated = dataclasses.replace(signals, actuated=np.ones(len(signals.minor), bool))
+    monkeypatch.setattr(guess, "signals_of", lambda _: actuated)
+    looked_at: list[int] = []
+
+    def counted(network: object, particles: object, known: object, *, signals: Signals) -> None:
+        looked_at.append(len(particles))  # type: ignore[arg-type]
+        assert len(particles) == len(known)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(guess, "calibrated", counted)
+    error = planning_clock_error(recorder, recorded)
+    assert error is not None
+    assert (looked_at, error.particles) == ([4], 4)
+
+
+def test_a_net_whose_signals_cannot_be_read_has_none(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    whole = opened()
+    recorded = Recorder(whole, workers=1).planning().futures
+    text = whole.network.path.read_text(encoding="utf-8")
+    broken = tmp_path / "broken.net.xml"
+    broken.write_text(text.replace('duration="', 'duration="long'), encoding="utf-8")
+    network = dataclasses.replace(whole.network, path=broken, sha256="f" * 64, source=None)
+    recorder = Recorder(dataclasses.replace(whole, network=network), workers=1)
+    assert planning_clock_error(recorder, recorded) is None
+    assert "no kinematic clock: " in caplog.text
