@@ -132,9 +132,9 @@ def _certificate(
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
     from planner.bounds.certificate import Effort, certified
     from planner.cli.progress import progress_bar
+    from planner.cli.session import Drive, announcing
     from planner.cli.trials import Bounding, certificate_of
     from planner.mission.certify import bounds_of_sets, limit_of
-    from planner.mission.recorder import Recorder
 
     seconds, sets = arguments.time_limit, arguments.sets
     limit_s = math.inf if seconds is None else seconds
@@ -144,7 +144,8 @@ def _certificate(
         if sets is None:
             return certificate, None
         with progress_bar("other sets") as progress:
-            recorder = Recorder(opened, arguments.jobs)
+            drive = Drive.of_belief("recording other sets", opened)
+            recorder = announcing(arguments, opened, drive, sets=sets)
             done = counted(1)
 
             def bound(other: "Problem") -> float | None:

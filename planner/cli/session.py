@@ -21,6 +21,7 @@ from planner.futures.workers import cores
 from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, needs_holdout
+from planner.progress import Progress, silent
 from planner.search.methods import Method
 
 log = logging.getLogger(__name__)
@@ -96,18 +97,36 @@ def recorded(
 ) -> Recording:
     """Return what a recorder records; what takes long is announced, and its progress shown."""
     with progress_bar(drive.title) as progress:
-        begun = False
+        return record(announcing(arguments, opened, drive, progress))
 
-        def on_progress(done: int, total: int, note: str = "", /) -> None:
-            nonlocal begun
-            if not begun:
-                begun = True
-                if drive.begins is not None:
-                    drive.begins(total)
-                _announce(arguments, opened, drive, total)
-            progress(done, total, note)
 
-        return record(Recorder(opened, arguments.jobs, on_progress))
+def announcing(
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    drive: Drive,
+    progress: Progress = silent,
+    *,
+    sets: int = 1,
+) -> Recorder:
+    """Return a recorder that says what is to come before it drives the first target, if any.
+
+    Parameters
+    ----------
+    sets
+        How many sets of targets will be recorded, all as large as the first.
+    """
+    begun = False
+
+    def on_progress(done: int, total: int, note: str = "", /) -> None:
+        nonlocal begun
+        if not begun:
+            begun = True
+            if drive.begins is not None:
+                drive.begins(total)
+            _announce(arguments, opened, drive, sets * total)
+        progress(done, total, note)
+
+    return Recorder(opened, arguments.jobs, on_progress)
 
 
 def _announce(arguments: argparse.Namespace, opened: OpenScenario, drive: Drive, many: int) -> None:

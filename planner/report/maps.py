@@ -73,8 +73,19 @@ class View:
         if numbered:
             axes.set(xlabel=f"east ({self.unit})", ylabel=f"north ({self.unit})")
             axes.tick_params(colors="#444444", length=3)
+            if 0.0 < np.ptp(axes.get_yticks()[:2]) < 0.5:
+                _make_room_for_decimals(axes)
         else:
             axes.set(xticks=[], yticks=[])
+
+
+def _make_room_for_decimals(axes: "Axes") -> None:
+    """Have a map numbered in tenths: hundredths push its label out of the picture."""
+    from matplotlib.ticker import MaxNLocator
+
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(9, steps=[1, 2, 5, 10]))
+    axes.yaxis.labelpad = 1.0
 
 
 def draw_net(axes: "Axes", network: RoadNetwork, view: View, *, width: float) -> "LineCollection":

@@ -127,7 +127,7 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
 
 @contextmanager
 def _figure(
-    path: Path, size_inch: tuple[float, float], title: str, attribution: str
+    path: Path, size_inch: tuple[float, float], title: str, attribution: str = ""
 ) -> Iterator["Figure"]:
     """Give a figure that is written whole at the end, whatever the user's own style.
 

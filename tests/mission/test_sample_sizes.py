@@ -1,6 +1,7 @@
 """How many targets are driven: the paper's numbers on its nets, fewer in towns, from no clock."""
 
 import itertools
+from pathlib import Path
 
 import pytest
 
@@ -54,3 +55,10 @@ def test_the_recorder_goes_by_the_table(monkeypatch: pytest.MonkeyPatch) -> None
         found = len(recorder.holdout().futures), len(recorder.evaluation().futures)
         assert found == sizes
         assert len(recorder.evaluation(3).futures) == 3
+
+
+def test_the_page_has_the_table() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "concepts.md").read_text(encoding="utf-8")
+    cells = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("| ")]
+    fresh = [row[-1].strip() for row in cells if len(row) == 5]
+    assert fresh[1:] == [f"{row.sizes.fresh:,}" for row in sample_sizes.TABLE]
