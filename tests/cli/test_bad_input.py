@@ -493,7 +493,7 @@ class Running:
     def driving(self) -> bool:
         """Whether SUMO drives."""
         with suppress(FileNotFoundError):  # folders come and go while they are looked through
-            return any(self.temporary.rglob("fcd.parquet"))
+            return any(self.temporary.rglob("errors.txt"))  # where it writes messages
         return False
 
     def interrupted(self, number: int = signal.SIGINT) -> tuple[Said, float]:
@@ -570,16 +570,38 @@ def test_stopped_early(tmp_path: Path, early_s: float) -> None:
     assert not (tmp_path / "run").exists()
 
 
-def test_a_worker_is_killed(tmp_path: Path) -> None:
-    running = Running(tmp_path, "plan", TOWN, *QUICK, *MANY, "-j", 2, "-o", tmp_path / "run")
+def test_a_killed_worker_is_started_again(tmp_path: Path) -> None:
+    few = ("--set", "search.particles=300", "--set", "target.driving=free")
+    running = Running(tmp_path, "futures", TOWN, *few, "-j", 1)
     running.wait_until(running.driving)
     workers = running.descendants()
     os.kill(min(workers), signal.SIGKILL)
-    out, err = running.process.communicate(timeout=30)
-    line = one_line(Said(running.process.returncode, out, err))
-    assert "killed by signal 9" in line
+    out, err = running.process.communicate(timeout=60)
+    assert running.process.returncode == 0, err
+    assert "killed by signal 9" in err
+    assert "started again" in err
+    assert "particles    300" in out
     assert not alive(workers)
     assert list(running.temporary.iterdir()) == []
+
+
+def test_what_dies_again_and_again_ends_the_command(tmp_path: Path) -> None:
+    running = Running(tmp_path, "plan", TOWN, *QUICK, *MANY, "-j", 1, "-o", tmp_path / "run")
+    killed: set[int] = set()
+    give_up = time.monotonic() + 60
+    while running.process.poll() is None and time.monotonic() < give_up:
+        for process in running.descendants() - killed if running.driving() else ():
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+            killed.add(process)
+        time.sleep(0.01)
+    out, err = running.process.communicate(timeout=30)
+    assert (running.process.returncode, out) == (1, "")
+    assert "what is recorded is kept" in err.splitlines()[-1]
+    assert "signal 9" in err.splitlines()[-1]
+    assert not alive(killed)
+    assert list(running.temporary.iterdir()) == []
+    assert not (tmp_path / "run").exists()
 
 
 def test_workers_end_with_the_program(tmp_path: Path) -> None:
