@@ -29,6 +29,7 @@ SAY_S = 0.2  # to wait for a terminal that takes nothing
 _undo: list[Callable[[], object]] = []
 _requests: list[threading.Event] = []  # one per search that can be asked to finish
 _signals: list[socket.socket] = []  # where the numbers of signals arrive, and stay until dealt with
+_ends = threading.Event()  # set once the program is being stopped
 _holds_still = threading.Event()  # set while the main thread waits for what comes of a signal
 
 
@@ -39,6 +40,11 @@ def at_stop(undo: Callable[[], object]) -> None:
     it must wait for none and import nothing, and it may be called twice.
     """
     _undo.append(undo)
+
+
+def is_stopping() -> bool:
+    """Return whether the program is being stopped, which kills the processes that it started."""
+    return _ends.is_set()
 
 
 @contextmanager
@@ -124,6 +130,7 @@ def _end(number: int) -> None:
 
     Compiled code holds still only when it returns, but makes no files either.
     """
+    _ends.set()
     if hasattr(signal, "pthread_kill"):
         # The system may have handed the signal to another thread, and has handled it once.
         signal.pthread_kill(threading.main_thread().ident or 0, number)

@@ -21,7 +21,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from planner.errors import LostError
-from planner.interrupts import at_stop
+from planner.interrupts import at_stop, is_stopping
 from planner.locks import temporary_folder
 
 Task = TypeVar("Task")
@@ -33,7 +33,6 @@ QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 1
 
 _idle: list["_Worker"] = []  # started earlier, to be used again
 _all: set["_Worker"] = set()
-_stopping = threading.Event()  # set when the program ends: no process takes another's place
 
 
 def in_processes(
@@ -62,7 +61,7 @@ def in_processes(
         try:
             answer: Answer = worker.call(task)
         except LostError as error:
-            if worker.alive or over.is_set() or _stopping.is_set():
+            if worker.alive or over.is_set() or is_stopping():
                 raise
             log.warning("%s; started again", error)
             team.remove(worker)
@@ -104,7 +103,6 @@ def dismiss() -> None:
 
 def _kill_all() -> None:
     """End all processes without waiting for their ends, as is due when the program is stopped."""
-    _stopping.set()
     for worker in list(_all):
         worker.process.kill()
 
