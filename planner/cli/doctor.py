@@ -36,6 +36,7 @@ SUMO_RELEASE = "1.28"  # the programs and both libraries move together
 ARROW_RELEASE = "23"  # libsumo is compiled against it
 APT_LINE = "apt-get install --no-install-recommends libgl1 libx11-6 libxext6 libxrender1 libatomic1"
 PIP_LINE = "python -m pip install --force-reinstall"
+TOWN = "berlin"  # a shipped scenario
 WAIT_S = 60.0  # a program that has not answered by then hangs
 
 
@@ -122,6 +123,7 @@ def examine() -> list[Finding]:
         _packages,
         _library,
         _programs,
+        _town,
         _cache,
         _compiler,
     ]
@@ -165,6 +167,27 @@ def _programs() -> Iterator[Finding]:
         except PlannerError as error:
             answer, fine = str(error), False
         yield Finding(f"{name} runs", fine, answer, "" if fine else _remedy(answer))
+
+
+def _town() -> Iterator[Finding]:
+    """Look for the net of a shipped scenario, which comes with SUMO."""
+    what = f"{TOWN}'s net comes with SUMO"
+    try:
+        net = _net_of_town()
+    except (PlannerError, ImportError) as error:
+        yield Finding(what, False, str(error), _remedy(""))
+        return
+    yield Finding(what, True, str(net))
+
+
+def _net_of_town() -> Path:
+    from planner.network.read import source_files
+    from planner.scenario.draft import read_draft
+
+    draft = read_draft(TOWN)
+    assert draft.network is not None
+    (net,) = source_files(draft.network, draft.folder).values()
+    return net
 
 
 def _run(command: list[str], **environment: str) -> tuple[str, bool]:

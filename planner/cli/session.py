@@ -123,15 +123,18 @@ def announcing(
             begun = True
             if drive.begins is not None:
                 drive.begins(total)
-            _announce(arguments, opened, drive, sets * total)
+            _announce(arguments, opened, drive, total, sets)
         progress(done, total, note)
 
     return Recorder(opened, arguments.jobs, on_progress)
 
 
-def _announce(arguments: argparse.Namespace, opened: OpenScenario, drive: Drive, many: int) -> None:
+def _announce(
+    arguments: argparse.Namespace, opened: OpenScenario, drive: Drive, many: int, sets: int
+) -> None:
     horizon_s, workers = opened.scenario.search.horizon_s, arguments.jobs or cores()
-    cost = cost_of(opened.network, many, driving=drive.driving, horizon_s=horizon_s)
+    each = cost_of(opened.network, many, driving=drive.driving, horizon_s=horizon_s)
+    cost = each.times(sets)
     if cost.wall_s(workers) > LONG_S:
         log.warning(
             "%s: %s, about %s with %s; %s",

@@ -27,6 +27,10 @@ class Cost(NamedTuple):
     cpu_s: float  # of one core, for all of them
     load_s: float  # for each process, before its first run
 
+    def times(self, sets: int) -> "Cost":
+        """Return that of so many recordings, each with runs of its own."""
+        return Cost(sets * self.runs, sets * self.cpu_s, sets * self.load_s)
+
     def wall_s(self, workers: int) -> float:
         """Return how long it takes with some processes, seconds."""
         return self.load_s + self.cpu_s / max(1, min(workers, self.runs))

@@ -35,7 +35,7 @@ class Row(NamedTuple):
 
 TABLE = (
     Row("constant", math.inf, math.inf, Sizes(2, FRESH_TARGETS)),
-    Row("free", 1500, 3600.0, Sizes(1, 2400)),
+    Row("free", 1500, 3600.0, Sizes(1, 2100)),
     Row("free", math.inf, 3600.0, Sizes(1, 1000)),
     Row("free", math.inf, math.inf, Sizes(1, 500)),
 )

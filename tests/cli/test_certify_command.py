@@ -110,3 +110,16 @@ def test_certify_on_futures_of_ones_own(run: Commands, tmp_path: Path) -> None:
     moved.write_text(FCD.replace('pos="1000"', 'pos="1500"').replace('x="1000"', 'x="1500"'))
     changed = run(*there)
     assert (changed.code, "plan again" in changed.err) == (2, True)
+
+
+def test_other_sets_that_take_long_are_announced(
+    run: Commands, tmp_path: Path, empty_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = ("--set", "search.sampling=iid", "--set", "search.particles=30")
+    assert run("plan", "figure3", *small, "--method", "rate", "--targets", "5", "-o", tmp_path)
+    monkeypatch.setattr("planner.cli.session.LONG_S", 0.0)
+    said = run("certify", tmp_path, "--work", "2", "--sets", "10", "-j", "1")
+    assert said.err == (
+        "planner: recording other sets: 10 SUMO runs, about 1 s with 1 process; "
+        "fewer (--set search.particles=15) take less\n"
+    )

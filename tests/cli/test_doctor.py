@@ -44,6 +44,18 @@ def test_a_missing_system_library_gets_the_apt_line(monkeypatch: pytest.MonkeyPa
     )
 
 
+def test_a_sumo_without_its_towns_is_a_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (finding,) = doctor._town()
+    assert finding.fine
+    assert finding.found.endswith("osm.net.xml")
+    monkeypatch.setattr("planner.network.sumo.sumo_home", lambda: tmp_path)
+    finding = fault(list(doctor._town()), finding.what)
+    assert "holds no file tools/game/DRT/osm.net.xml" in finding.found
+    assert "eclipse-sumo" in finding.remedy
+
+
 def test_a_program_that_dies_or_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     def hangs(*args: object, **kwargs: object) -> None:
         raise subprocess.TimeoutExpired("sumo", 60)

@@ -13,7 +13,9 @@ from planner.detection.evaluation import Evaluation
 from planner.errors import OutputError
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
-from planner.report.picture import plan_picture, where_picture
+from planner.mission.opening import OpenScenario
+from planner.report.maps import View
+from planner.report.picture import _axes, _figure, plan_picture, where_picture
 from planner.search.plan import plan_of_legs, plan_of_wait
 from support.grid_instance import grid_futures, grid_problem
 
@@ -127,3 +129,16 @@ def test_numbers_without_room_share_their_road_s_label(tmp_path: Path) -> None:
     assert [text for text in several if text.count(",") == 2] == several
     assert sorted(int(n) for text in several for n in text.split(",")) == list(range(1, 19))
     assert "19" in numbers
+
+
+def test_the_labels_of_a_small_map_stay_in_the_picture(
+    tmp_path: Path, berlin: OpenScenario
+) -> None:
+    with _figure(tmp_path / "a.png", (7.6, 6.9), "") as figure:
+        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+        View.of(berlin.network).frame(axes, numbered=True)
+        figure.canvas.draw()
+        for axis in (axes.xaxis, axes.yaxis):
+            box = axis.label.get_window_extent()
+            assert box.x0 > 0.0
+            assert box.y0 > 0.0
