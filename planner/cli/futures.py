@@ -1,6 +1,7 @@
 """`planner futures`: the recording alone."""
 
 import argparse
+import logging
 import shutil
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from planner.futures.clock_error import ClockError
     from planner.futures.store import Recording
     from planner.mission.opening import OpenScenario
+
+log = logging.getLogger(__name__)
 
 SUMMARY = "simulate the particles in SUMO and record their futures"
 DETAILS = "Writes futures.parquet, edges.parquet and particles.parquet."
@@ -38,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
         opened = opened_scenario(arguments)
+        _tell_guess(opened)
         recording = planning_recorded(arguments, opened)
         stored = recording.path
         if folder is not None:
@@ -58,6 +62,17 @@ def run(arguments: argparse.Namespace) -> int:
         lines.append(str(error))
     print_result(arguments, summary, lines)
     return 0
+
+
+def _tell_guess(opened: "OpenScenario") -> None:
+    """Say at once how far the cloud will reach, where there is a kinematic clock."""
+    if not opened.network.is_abstract:
+        from planner.mission.guess import planning_guess, told_reach
+        from planner.mission.recorder import Recorder
+
+        guess = planning_guess(Recorder(opened))
+        if guess is not None:
+            log.warning(told_reach(guess, opened.scenario.search.horizon_s))
 
 
 def _clock_error(opened: "OpenScenario", recording: "Recording") -> "ClockError | None":

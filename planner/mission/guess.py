@@ -10,9 +10,53 @@ from planner.futures.clock_error import ClockError, clock_error
 from planner.futures.futures import Futures
 from planner.futures.kinematic import kinematic_futures
 from planner.mission.recorder import Recorder
-from planner.network.signals import signals_of
+from planner.network.signals import Signals, signals_of
 
 log = logging.getLogger(__name__)
+
+
+AT_MINUTES = (5, 10, 20, 30)  # when the reach is told
+SHARE = 0.9  # of the particles that are still there, within the reach
+
+
+def planning_guess(recorder: Recorder) -> Futures | None:
+    """Return where the planning particles may be, before SUMO drives any; None: no clock."""
+    signals = _signals(recorder)
+    if signals is None:
+        return None
+    horizon_s = recorder.opened.scenario.search.horizon_s
+    particles = recorder.planning_particles()
+    return kinematic_futures(recorder.opened.network, particles, signals, horizon_s=horizon_s)
+
+
+def reach_m(futures: Futures, at_s: float) -> float:
+    """Return within how many metres of the middle of their starts most particles are at a time.
+
+    NaN if none is there any more.
+    """
+    first = futures.first_knot[:-1][np.diff(futures.first_knot) > 0]
+    if len(first) == 0:
+        return float("nan")
+    middle = np.array([futures.x_m[first].mean(), futures.y_m[first].mean()])
+    away_m = np.linalg.norm(futures.positions(at_s) - middle, axis=1)
+    away_m = away_m[np.isfinite(away_m)]
+    return float(np.quantile(away_m, SHARE)) if len(away_m) else float("nan")
+
+
+def told_reach(futures: Futures, horizon_s: float) -> str:
+    """Return in a sentence how far a guessed cloud reaches."""
+    minutes: list[float] = [m for m in AT_MINUTES if 60.0 * m <= horizon_s]
+    far = [
+        f"{reach / 1000.0:.1f} km at {minute:g} min"
+        for minute in minutes or [horizon_s / 60.0]
+        if np.isfinite(reach := reach_m(futures, 60.0 * minute))
+    ]
+    if not far:
+        return "a guess, before SUMO drives: all particles are gone by then"
+    return (
+        f"a guess, before SUMO drives: {SHARE:.0%} of the particles are within {', '.join(far)} "
+        "of where they start"
+    )
 
 
 def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | None:
@@ -25,14 +69,10 @@ def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | 
     recorded
         What ``recorder.planning()`` has recorded.
     """
+    signals = _signals(recorder)
+    if signals is None:
+        return None
     network = recorder.opened.network
-    if network.is_abstract:
-        return None
-    try:
-        signals = signals_of(network)
-    except InputError as error:
-        log.warning("no kinematic clock: %s", error)
-        return None
     particles = recorder.planning_particles()
     measured, calibration = np.arange(len(particles)), None
     if signals.actuated.any() and particles.driving == "free" and len(particles) > 1:
@@ -49,3 +89,15 @@ def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | 
         calibration=calibration,
     )
     return clock_error(clock, recorded.take(measured))
+
+
+def _signals(recorder: Recorder) -> Signals | None:
+    """Return what cars meet on a scenario's net; None if it has no clock."""
+    network = recorder.opened.network
+    if network.is_abstract:
+        return None
+    try:
+        return signals_of(network)
+    except InputError as error:
+        log.warning("no kinematic clock: %s", error)
+        return None

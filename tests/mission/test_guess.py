@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner.futures.futures import Futures
 from planner.mission import guess
-from planner.mission.guess import planning_clock_error
+from planner.mission.guess import planning_clock_error, reach_m, told_reach
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder
 from planner.network.signals import Signals, signals_of
@@ -34,8 +35,28 @@ def test_the_command_tells_how_far_the_clock_is_off(run: Commands, driving: str)
     assert found["particles"] == 8
     assert found["at_180_s_m"] < 15.0
     assert found["at_300_s_m"] < 45.0
-    said = run("futures", TOWN, *options).out
+    told = run("futures", TOWN, *options)
+    assert "a guess, before SUMO drives: 90% of the particles are within 0." in told.err
+    said = told.out
     assert f"the kinematic clock (a guess): {found['at_180_s_m']:.0f} m off at 180 s" in said
+
+
+def test_the_reach_is_that_of_nine_in_ten() -> None:
+    ends = 100.0 * np.arange(1, 12)  # of eleven particles from one place
+    cloud = Futures(
+        time_s=np.tile([0.0, 600.0], 11),
+        x_m=np.zeros(22),
+        y_m=np.stack([np.zeros(11), ends], axis=1).ravel(),
+        edge=np.full(22, -1),
+        first_knot=np.arange(0, 24, 2),
+        weight=np.full(11, 1 / 11),
+        gone=np.ones(11, bool),
+    )
+    assert reach_m(cloud, 600.0) == pytest.approx(1000.0)
+    assert reach_m(cloud, 300.0) == pytest.approx(500.0)
+    assert "within 0.5 km at 5 min, 1.0 km at 10 min of where" in told_reach(cloud, 700.0)
+    assert "within 0.1 km at 1 min of where" in told_reach(cloud, 60.0)
+    assert "all particles are gone" in told_reach(cloud.take(np.arange(0)), 600.0)
 
 
 def test_abstract_nets_have_no_clock(run: Commands) -> None:
