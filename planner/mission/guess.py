@@ -55,7 +55,7 @@ def told_reach(futures: Futures, horizon_s: float) -> str:
         return "a guess, before SUMO drives: all particles are gone by then"
     return (
         f"a guess, before SUMO drives: {SHARE:.0%} of the particles are within {', '.join(far)} "
-        "of where they start"
+        "of the middle of their starts"
     )
 
 

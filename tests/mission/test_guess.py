@@ -47,15 +47,14 @@ def test_the_reach_is_that_of_nine_in_ten() -> None:
         time_s=np.tile([0.0, 600.0], 11),
         x_m=np.zeros(22),
         y_m=np.stack([np.zeros(11), ends], axis=1).ravel(),
-        edge=np.full(22, -1),
         first_knot=np.arange(0, 24, 2),
         weight=np.full(11, 1 / 11),
         gone=np.ones(11, bool),
     )
     assert reach_m(cloud, 600.0) == pytest.approx(1000.0)
     assert reach_m(cloud, 300.0) == pytest.approx(500.0)
-    assert "within 0.5 km at 5 min, 1.0 km at 10 min of where" in told_reach(cloud, 700.0)
-    assert "within 0.1 km at 1 min of where" in told_reach(cloud, 60.0)
+    assert "within 0.5 km at 5 min, 1.0 km at 10 min of the middle" in told_reach(cloud, 700.0)
+    assert "within 0.1 km at 1 min of the middle" in told_reach(cloud, 60.0)
     assert "all particles are gone" in told_reach(cloud.take(np.arange(0)), 600.0)
 
 
