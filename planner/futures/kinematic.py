@@ -92,8 +92,9 @@ def kinematic_futures(
     free = particles.driving == "free"
     roads = _roads(network, signals, free=free)
     driver = Driver(*astuple(calibration or Calibration())) if free else CONSTANT
-    knots, first_knot = drive_cars(Scene(roads, cars, driver, horizon_s), TOLERANCE_M)
-    laid = slice(0, first_knot[-1])
+    scene = Scene(roads, cars, driver, horizon_s)
+    knots, first_knot, changes, first_change = drive_cars(scene, TOLERANCE_M)
+    laid, changed = slice(0, first_knot[-1]), slice(0, first_change[-1])
     return Futures(
         time_s=knots.time_s[laid],
         x_m=knots.x_m[laid],
@@ -102,7 +103,7 @@ def kinematic_futures(
         weight=particles.weight,
         gone=particles.gone,
         target=particles.target,
-        edges=EdgesDriven.of_knots(knots.edge[laid], knots.time_s[laid], first_knot),
+        edges=EdgesDriven(first_change, changes.time_s[changed], changes.edge[changed]),
     )
 
 

@@ -116,6 +116,19 @@ def test_it_starts_where_and_when_it_is_said_to() -> None:
     assert found.end_s[0] == pytest.approx(7 + 89)
 
 
+def test_the_inside_of_a_junction_counts_to_the_edge_after_it() -> None:
+    through, waits = (clock(driver_on(phase_s=phase_s), lights()).edges for phase_s in (0, 60))
+    np.testing.assert_array_equal(through.edge, [0, 1])
+    np.testing.assert_allclose(through.time_s, [0.0, 50.0])
+    np.testing.assert_allclose(waits.time_s, [0.0, 70 - 1 - EARLY_S])
+
+
+def test_no_edge_is_come_onto_after_the_horizon() -> None:
+    for horizon_s, edges in ((49.9, [0]), (50.1, [0, 1])):
+        found = kinematic_futures(street(), driver_on(), lights(), horizon_s=horizon_s)
+        np.testing.assert_array_equal(found.edges.edge, edges)
+
+
 def test_the_end_is_a_rest_or_none() -> None:
     stays, gone = (clock(driver_on(gone=gone), lights(signal=False)) for gone in (False, True))
     np.testing.assert_allclose(stays.xy(0, 200.0), [1010.0, 0.0])
@@ -168,5 +181,11 @@ def test_a_slow_twin_drives_alike(name: str, start: str) -> None:
         xy_m = found.xy(k, np.arange(len(places), dtype=float))
         off_m = np.linalg.norm(xy_m - places, axis=1)
         assert off_m.max() < KNOT_M + 1.5
+        # It comes onto an edge where the lane of the one before it ends.
+        route, own = particles.route(k), found.edges.take(np.array([k]))
+        assert own.edge.tolist() == route[: len(own.edge)].tolist()
+        ends_m = signals.xy_m[signals.first_point[route[: len(own.edge) - 1] + 1] - 1]
+        off_m = np.linalg.norm(found.xy(k, own.time_s[1:]) - ends_m, axis=1)
+        assert off_m.max() < KNOT_M
         waits += int((np.linalg.norm(np.diff(places, axis=0), axis=1) < 0.01).sum())
     assert waits > 50  # seconds in which somebody stands

@@ -22,14 +22,18 @@ from planner.futures.kernels.driver import (
 from planner.futures.kernels.motion import (
     AT,
     MOST_PIECES,
+    SAME_S,
+    Changes,
     Knots,
     Lines,
     Place,
     Trace,
+    changes_for,
     drive,
     knots_for,
     lay_knots,
     longer,
+    more_changes,
     note,
     point_at,
 )
@@ -78,6 +82,7 @@ class Light(NamedTuple):
     """A signal that a car comes to."""
 
     turn: int
+    edge: int  # before it
     phase_s: int  # SUMO's second at the car's time 0
 
 
@@ -87,6 +92,7 @@ class Route(NamedTuple):
     line: Offsets  # (2 * edges - 1,) a lane, a way through a junction, a lane ...
     speed_mps: Floats  # at which the car drives there, evenly
     exit_mps: Floats  # the greatest at the line's end with which all that follows can be braked for
+    entered_s: Floats  # when the car comes onto it
 
 
 @compiled
@@ -156,11 +162,11 @@ def second_of(time_s: float, phase_s: int) -> int:
 
 
 @compiled
-def is_prolonged(scene: Scene, light: Light, edge: int, stop: Stop, to_m: float) -> bool:
+def is_prolonged(scene: Scene, light: Light, stop: Stop, to_m: float) -> bool:
     """Return whether an actuated signal still shows green when a car comes by its detector."""
     if not scene.roads.actuated[light.turn]:
         return False
-    detector_m = to_m - min(scene.driver.detector_s * scene.roads.limit_mps[edge], to_m)
+    detector_m = to_m - min(scene.driver.detector_s * scene.roads.limit_mps[light.edge], to_m)
     sooner_m = max(stop.at_m - detector_m, 0.0)
     passes_s = stop.time_s - sooner_m / max(stop.speed_mps, CRAWL_MPS)
     return shown_at(scene.roads, light.turn, second_of(passes_s, light.phase_s)) != STOP
@@ -176,7 +182,7 @@ def drive_to_signal(
     decides_s = stop.time_s + driver.late_s
     second = second_of(decides_s, light.phase_s)
     wait_s = waits_s(scene.roads, light.turn, second)
-    if wait_s > 0 and is_prolonged(scene, light, place.edge, stop, stretch.to_m):
+    if wait_s > 0 and is_prolonged(scene, light, stop, stretch.to_m):
         wait_s = 0
     onward = stretch
     if shown_at(scene.roads, light.turn, second + wait_s) == YIELD:
@@ -194,7 +200,7 @@ def drive_to_signal(
         place, moment = drive_line(trace, lines, driver, place, to_line, moment)
         green_s = max(green_s, moment.time_s)
         x_m, y_m = point_at(lines, place.point, stretch.to_m)
-        note(trace, x_m, y_m, green_s, place.edge)
+        note(trace, x_m, y_m, green_s)
         return place, Moment(green_s, 0.0)
     time_s, speed_mps = moment
     brakes_s = green_s - time_s
@@ -212,12 +218,18 @@ def first_place(lines: Lines, line: int, at_m: float) -> Place:
     point, last = lines.first_point[line] + 1, lines.first_point[line + 1] - 1
     while point < last and lines.points[point, AT] <= at_m:
         point += 1
-    return Place(point, line, at_m)
+    return Place(point, at_m)
 
 
 @compiled
-def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> Trace:
-    """Note where one car comes by; return the trace, which may have grown."""
+def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> tuple[Trace, int]:
+    """Note where one car comes by and when it enters each line.
+
+    Returns
+    -------
+    trace, entered
+        The trace, which may have grown, and how many lines it enters in time.
+    """
     roads, cars, driver, until_s = scene
     lines, edges = roads.lines, len(roads.first_turn) - 1
     count = lines_of(roads, cars, k, route)
@@ -229,42 +241,68 @@ def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> Trace:
     moment = Moment(cars.depart_s[k], speed_mps)
     trace.used[0] = 0
     x_m, y_m = point_at(lines, place.point, place.at_m)
-    note(trace, x_m, y_m, moment.time_s, place.edge)
+    note(trace, x_m, y_m, moment.time_s)
     for m in range(count):
-        if moment.time_s >= until_s:
-            break
+        if moment.time_s >= until_s and m > 0:
+            return trace, m
         line = route.line[m]
+        route.entered_s[m] = moment.time_s
         points = lines.first_point[line + 1] - lines.first_point[line]
         trace = longer(trace, points + 4 * MOST_PIECES)
         if m > 0:
-            edge = line if line < edges else place.edge
-            place = Place(lines.first_point[line] + 1, edge, 0.0)
+            place = Place(lines.first_point[line] + 1, 0.0)
         stretch = Stretch(roads.length_m[line], route.speed_mps[m], route.exit_mps[m])
         turn = route.line[m + 1] - edges if line < edges and m + 1 < count else NO_TURN
         if turn != NO_TURN and roads.first_second[turn + 1] > roads.first_second[turn]:
-            light = Light(turn, cars.phase_s[k])
+            light = Light(turn, line, cars.phase_s[k])
             place, moment = drive_to_signal(trace, scene, place, stretch, moment, light)
         else:
             place, moment = drive_line(trace, lines, driver, place, stretch, moment)
-    return trace
+    return trace, count
 
 
 @compiled
-def drive_cars(scene: Scene, tolerance_m: float) -> tuple[Knots, Offsets]:
-    """Return the knots of all cars, with room left at their end, and where each one's start."""
+def lay_changes(scene: Scene, route: Route, entered: int, changes: Changes, used: int) -> int:
+    """Lay a car's changes of edge and return how many there are then.
+
+    The inside of a junction counts to the edge after it.
+    """
+    first, edges = used, len(scene.roads.first_turn) - 1
+    for m in range(entered):
+        line = route.line[m]
+        if m > 0 and line < edges:
+            continue  # it has come onto it with the junction before
+        edge = scene.roads.turn_edge[line - edges] if line >= edges else line
+        if used > first and route.entered_s[m] <= changes.time_s[used - 1] + SAME_S:
+            used -= 1  # it has passed that one in no time
+        changes.time_s[used] = route.entered_s[m]
+        changes.edge[used] = edge
+        used += 1
+    return used
+
+
+@compiled
+def drive_cars(scene: Scene, tolerance_m: float) -> tuple[Knots, Offsets, Changes, Offsets]:
+    """Return the knots and changes of edge of all cars, and where each one's start.
+
+    The columns have room left at their ends.
+    """
     cars, until_s = scene.cars, scene.until_s
     n = len(cars.start_m)
     longest = 1
     for k in range(n):
         longest = max(longest, cars.first_edge[k + 1] - cars.first_edge[k])
-    route = Route(np.empty(2 * longest, np.int64), np.empty(2 * longest), np.empty(2 * longest))
-    trace = Trace(np.empty((1024, 4)), np.zeros(1, np.int64))
-    knots = knots_for(1024 + 64 * n)
-    first_knot = np.zeros(n + 1, np.int64)
-    used = 0
+    room = 2 * longest
+    route = Route(np.empty(room, np.int64), np.empty(room), np.empty(room), np.empty(room))
+    trace = Trace(np.empty((1024, 3)), np.zeros(1, np.int64))
+    knots, changes = knots_for(1024 + 64 * n), changes_for(1024 + 16 * n)
+    first_knot, first_change = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    laid, changed = 0, 0
     for k in range(n):
         if cars.first_edge[k + 1] > cars.first_edge[k] and cars.depart_s[k] <= until_s:
-            trace = drive_car(trace, scene, k, route)
-            knots, used = lay_knots(trace, knots, used, until_s, tolerance_m)
-        first_knot[k + 1] = used
-    return knots, first_knot
+            trace, entered = drive_car(trace, scene, k, route)
+            knots, laid = lay_knots(trace, knots, laid, until_s, tolerance_m)
+            changes = more_changes(changes, changed, entered)
+            changed = lay_changes(scene, route, entered, changes, changed)
+        first_knot[k + 1], first_change[k + 1] = laid, changed
+    return knots, first_knot, changes, first_change

@@ -11,7 +11,7 @@ CURVE_M = 1.5  # from a straight stretch, at most, where speed changes
 MOST_PIECES = 32  # of such a change
 SAME_M = 1e-6
 SAME_S = 1e-6  # points closer in time than that are one
-X, Y, AT, TIME, EDGE = 0, 1, 2, 2, 3
+X, Y, AT, TIME = 0, 1, 2, 2
 
 
 class Lines(NamedTuple):
@@ -25,14 +25,13 @@ class Place(NamedTuple):
     """Where a car is on a line."""
 
     point: int  # the line's first point ahead, its last one at the end
-    edge: int  # for the knots
     at_m: float  # along the line
 
 
 class Trace(NamedTuple):
     """Where a car comes by; room for one car, used again for the next."""
 
-    points: Floats  # (capacity, 4) x, y, time and the edge driven from there
+    points: Floats  # (capacity, 3) x, y and time
     used: Offsets  # (1,) how many there are
 
 
@@ -42,14 +41,19 @@ class Knots(NamedTuple):
     time_s: Floats  # (capacity,)
     x_m: Floats
     y_m: Floats
+
+
+class Changes(NamedTuple):
+    """Columns that changes of edge are laid into."""
+
+    time_s: Floats  # (capacity,)
     edge: Ints
 
 
 @compiled
 def knots_for(capacity: int) -> Knots:
     """Return empty columns."""
-    empty = np.empty(capacity), np.empty(capacity), np.empty(capacity)
-    return Knots(*empty, np.empty(capacity, np.int32))
+    return Knots(np.empty(capacity), np.empty(capacity), np.empty(capacity))
 
 
 @compiled
@@ -61,7 +65,23 @@ def roomier(knots: Knots, used: int, more: int) -> Knots:
     new.time_s[:used] = knots.time_s[:used]
     new.x_m[:used] = knots.x_m[:used]
     new.y_m[:used] = knots.y_m[:used]
-    new.edge[:used] = knots.edge[:used]
+    return new
+
+
+@compiled
+def changes_for(capacity: int) -> Changes:
+    """Return empty columns."""
+    return Changes(np.empty(capacity), np.empty(capacity, np.int32))
+
+
+@compiled
+def more_changes(changes: Changes, used: int, more: int) -> Changes:
+    """Return the same changes with room for some more."""
+    if used + more <= len(changes.time_s):
+        return changes
+    new = changes_for(2 * used + more)
+    new.time_s[:used] = changes.time_s[:used]
+    new.edge[:used] = changes.edge[:used]
     return new
 
 
@@ -71,16 +91,16 @@ def longer(trace: Trace, more: int) -> Trace:
     used = trace.used[0]
     if used + more <= len(trace.points):
         return trace
-    points = np.empty((2 * used + more, 4))
+    points = np.empty((2 * used + more, 3))
     points[:used] = trace.points[:used]
     return Trace(points, trace.used)
 
 
 @compiled
-def note(trace: Trace, x_m: float, y_m: float, time_s: float, edge: int) -> None:
+def note(trace: Trace, x_m: float, y_m: float, time_s: float) -> None:
     """Take note of a point."""
     row = trace.points[trace.used[0]]
-    row[X], row[Y], row[TIME], row[EDGE] = x_m, y_m, time_s, edge
+    row[X], row[Y], row[TIME] = x_m, y_m, time_s
     trace.used[0] += 1
 
 
@@ -115,7 +135,7 @@ def drive(
     motion
         When it begins, at which speed, and the acceleration.
     """
-    point, edge, from_m = place
+    point, from_m = place
     time_s, speed_mps, accel = motion
     lasts_s = after_s(speed_mps, accel, to_m - from_m)
     pieces = 1
@@ -130,11 +150,11 @@ def drive(
         while lines.points[point, AT] < at_m - SAME_M:
             passed = lines.points[point]
             passed_s = time_s + after_s(speed_mps, accel, passed[AT] - from_m)
-            note(trace, passed[X], passed[Y], passed_s, edge)
+            note(trace, passed[X], passed[Y], passed_s)
             point += 1
         x_m, y_m = point_at(lines, point, at_m)
-        note(trace, x_m, y_m, time_s + since_s, edge)
-    return Place(point, edge, to_m), time_s + lasts_s
+        note(trace, x_m, y_m, time_s + since_s)
+    return Place(point, to_m), time_s + lasts_s
 
 
 @compiled
@@ -161,9 +181,8 @@ def lay_knots(
     knots = roomier(knots, used, count)
     x0, y0, t0 = trace.points[0, X], trace.points[0, Y], trace.points[0, TIME]
     knots.x_m[used], knots.y_m[used], knots.time_s[used] = x0, y0, t0
-    knots.edge[used] = int(trace.points[0, EDGE])
     used += 1
-    x1, y1, t1, edge, waits = x0, y0, t0, 0, False  # the point that may yet be skipped
+    x1, y1, t1, waits = x0, y0, t0, False  # the point that may yet be skipped
     low_x, high_x, low_y, high_y = -np.inf, np.inf, -np.inf, np.inf
     for i in range(1, count):
         x, y, t = trace.points[i, X], trace.points[i, Y], trace.points[i, TIME]
@@ -178,7 +197,6 @@ def lay_knots(
         vx, vy = (x - x0) * per_s, (y - y0) * per_s
         if not (low_x <= vx <= high_x and low_y <= vy <= high_y):
             knots.x_m[used], knots.y_m[used], knots.time_s[used] = x1, y1, t1
-            knots.edge[used] = edge
             used += 1
             x0, y0, t0 = x1, y1, t1
             low_x, high_x, low_y, high_y = -np.inf, np.inf, -np.inf, np.inf
@@ -187,11 +205,10 @@ def lay_knots(
         slack = tolerance_m * per_s
         low_x, high_x = max(low_x, vx - slack), min(high_x, vx + slack)
         low_y, high_y = max(low_y, vy - slack), min(high_y, vy + slack)
-        x1, y1, t1, edge, waits = x, y, t, int(trace.points[i, EDGE]), True
+        x1, y1, t1, waits = x, y, t, True
         if t >= until_s:
             break
     if waits:
         knots.x_m[used], knots.y_m[used], knots.time_s[used] = x1, y1, t1
-        knots.edge[used] = edge
         used += 1
     return knots, used
