@@ -6,12 +6,10 @@ in turn. A figure that says warm takes recordings and compiled code from the cac
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from importlib import import_module
@@ -20,6 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import numpy as np
+from benchmarks.cold import empty_cache
 from benchmarks.figures import Figure, machine, show
 from benchmarks.reading import reading
 
@@ -85,7 +84,7 @@ def futures(repeats: int) -> Iterator[Figure]:
     cold, cached = [], []
     for _ in range(repeats):
         _stop_workers()
-        with _empty_cache():
+        with empty_cache():
             cold.append(_timed(Recorder(opened, 2).planning)[0])
             cached.append(_timed(Recorder(opened, 2).planning)[0])
     yield Figure("1,000 grid futures, cold", "s", tuple(cold), at_most=6)
@@ -145,7 +144,7 @@ def answer(repeats: int) -> Iterator[Figure]:
 
 def commands(repeats: int) -> Iterator[Figure]:
     """Run whole commands, each in a process of its own."""
-    with _empty_cache():
+    with empty_cache():
         took_s, peak_mb = _command("futures", GRID, "--jobs", "2")
     yield Figure("planner futures, cache empty", "s", (took_s,))
     # Three times the largest: less is known without looking at them while they run.
@@ -171,7 +170,11 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 }
 
 
-PROGRAMS = ("search", "certificate")  # further ones, in benchmarks/: --search --help
+PROGRAMS = (
+    "search",
+    "certificate",
+    "futures-towns",
+)  # further ones, in benchmarks/: --search --help
 
 
 def _planning(
@@ -252,20 +255,6 @@ def _command(*arguments: str) -> tuple[float, float]:
     return took_s, peak * (1 if sys.platform == "darwin" else 1024) / 1e6
 
 
-@contextmanager
-def _empty_cache() -> Iterator[None]:
-    """Let everything but compiled code come from a cache with nothing in it."""
-    before = os.environ.get("PLANNER_CACHE")
-    with TemporaryDirectory() as folder:
-        os.environ["PLANNER_CACHE"] = folder
-        try:
-            yield
-        finally:
-            del os.environ["PLANNER_CACHE"]
-            if before is not None:
-                os.environ["PLANNER_CACHE"] = before
-
-
 def _stop_workers() -> None:
     from planner.futures.workers import dismiss
 
@@ -308,7 +297,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     argv = sys.argv[1:] if argv is None else argv
     for name in PROGRAMS:
         if argv[:1] == [f"--{name}"]:
-            sys.exit(import_module(f"benchmarks.{name}").main(argv[1:]))
+            sys.exit(import_module(f"benchmarks.{name.replace('-', '_')}").main(argv[1:]))
     wanted = arguments(argv)
     SECTIONS["reading"] = partial(reading, against=wanted.against)
     host, figures = machine(), []
