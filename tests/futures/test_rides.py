@@ -11,7 +11,7 @@ from planner.belief.particles import Particles
 from planner.belief.sampling import SETTLED_S, sample
 from planner.errors import LostError, SumoError
 from planner.futures import workers
-from planner.futures.record import record, session_of, session_seed
+from planner.futures.record import SESSION, record, session_of, session_seed
 from planner.futures.rides import Ride, Session, drive_session
 from planner.futures.workers import in_processes
 from planner.mission.opening import OpenScenario
@@ -176,3 +176,39 @@ def test_a_car_stands_as_long_as_the_signal_is_red() -> None:
             waited += 1
             assert (phase_s + stands[-1] + 2) % CYCLE_S == 0  # off it goes with the green
     assert waited >= 4
+
+
+def driven_m(answers: list[list[Ride]], at_s: int) -> np.ndarray:
+    """How far each vehicle of each session has driven by a time, (S, n) metres."""
+
+    def metres(ride: Ride) -> float:
+        xy_m = np.frombuffer(ride.xy_m).reshape(-1, 2)[: at_s + 1]
+        return float(np.linalg.norm(np.diff(xy_m, axis=0), axis=1).sum())
+
+    return np.array([[metres(ride) for ride in rides] for rides in answers])
+
+
+@pytest.mark.long
+def test_sessions_vary_no_more_than_seeds_of_their_own(berlin: OpenScenario) -> None:
+    """Drivers of one session dawdle by the same random numbers: what that adds to its mean."""
+    sessions, each, share = 20, 12, 0.1
+    rng = np.random.default_rng(1)
+    count = sessions * each
+    particles = sample(berlin.prior, berlin.network, count, rng, horizon_s=300.0)
+    together, alone = [], []
+    for number in range(sessions):
+        batch = np.arange(number * each, (number + 1) * each)
+        seed = session_seed(particles, number)
+        together.append(session_of(berlin.network, particles, batch, seed, 300.0))
+        for k in batch:
+            seed = int(particles.seed[k])
+            alone.append(session_of(berlin.network, particles, np.array([k]), seed, 300.0))
+    shared = list(in_processes(drive_session, together))
+    own = [rides[0] for rides in in_processes(drive_session, alone)]
+    for at_s in (120, 300):
+        one = driven_m(shared, at_s)
+        other = driven_m([own[i : i + each] for i in range(0, count, each)], at_s)
+        # Routes, speeds and phases are the same in both, so what differs is the driver alone.
+        apart = one - other
+        in_common = apart.mean(axis=1).var(ddof=1) - apart.var(ddof=1) / each
+        assert abs(in_common) < share * other.var(ddof=1) / SESSION
