@@ -109,17 +109,21 @@ def kinematic_futures(
 
 def _roads(network: RoadNetwork, signals: Signals, *, free: bool) -> Roads:
     """Return what cars meet; who does not drive freely meets neither limits nor signals."""
-    turns = len(signals.minor)
+    # Copies, so that compiled code meets the same kinds of arrays either way.
+    limit_mps, first_second = signals.limit_mps.copy(), signals.first_second.copy()
+    minor = signals.minor.copy()
+    if not free:
+        limit_mps[:], first_second[:], minor[:] = np.inf, 0, False
     return Roads(
         first_turn=network.first_turn,
         turn_edge=network.turn_edge,
         length_m=signals.length_m,
-        limit_mps=signals.limit_mps if free else np.full(len(signals.limit_mps), np.inf),
-        first_second=signals.first_second if free else np.zeros(turns + 1, np.int64),
+        limit_mps=limit_mps,
+        first_second=first_second,
         shows=signals.shows,
         offset_s=signals.offset_s,
         actuated=signals.actuated,
-        minor=signals.minor if free else np.zeros(turns, bool),
+        minor=minor,
         lines=Lines(signals.first_point, _points(signals)),
     )
 

@@ -1,4 +1,4 @@
-"""Everything that is compiled, compiled once: thinning, plans by every method, a certificate."""
+"""All that is compiled, compiled once: thinning, clock, plans by every method, a certificate."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -8,6 +8,7 @@ import numpy as np
 from planner.bounds.certificate import Effort, certified
 from planner.errors import NotApplicableError
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
+from planner.mission.guess import planning_guess
 from planner.mission.opening import open_scenario
 from planner.mission.recorder import Recorder, needs_holdout, problem_of
 from planner.mission.trial import try_method
@@ -17,6 +18,7 @@ from planner.search.stop import WorkDone
 
 SCENARIO = "figure3"
 SETTINGS = ("search.work=300", "search.particles=8", "search.sampling=iid")
+STREETS = ("network.abstract=false",)  # where there is a kinematic clock
 # What else is compiled than by each method on its own.
 MORE = (
     ("best", "search.free=true"),
@@ -31,6 +33,7 @@ def compile_all(progress: Progress = silent) -> None:
     """Compile all kernels that are not compiled yet, for the types that planners call them with."""
     cases = [*((method.name,) for method in METHODS), *MORE]
     farthest_reach(SampleColumns(np.array([0, 1]), np.zeros(1), np.zeros(1), np.zeros(1)), 1.0)
+    planning_guess(Recorder(open_scenario(SCENARIO, overrides=[*SETTINGS, *STREETS])))
     for done, (name, *settings) in enumerate(cases):
         progress(done, len(cases), name)
         with suppress(NotApplicableError):

@@ -9,6 +9,7 @@ import pytest
 
 from planner.errors import InputError
 from planner.futures.futures import Futures
+from planner.futures.kernels.kinematic import drive_cars
 from planner.futures.kinematic import Calibration, kinematic_futures
 from planner.network.signals import YIELD, signals_of
 from support.signal_grid import signal_grid
@@ -107,6 +108,12 @@ def test_constant_drivers_heed_nothing() -> None:
     found = clock(driver_on(phase_s=60, driving="constant"), signals)
     assert found.xy(0, 60.0)[0] == pytest.approx(60 * 10.65)
     assert found.end_s[0] == pytest.approx(1010 / 10.65)
+
+
+def test_free_and_constant_drivers_are_compiled_for_once() -> None:
+    for driving in ("free", "constant"):
+        clock(driver_on(driving=driving), lights())  # type: ignore[arg-type]
+    assert len(drive_cars.signatures) == 1  # type: ignore[attr-defined]
 
 
 def test_it_starts_where_and_when_it_is_said_to() -> None:
