@@ -159,7 +159,8 @@ def _batches(
     """Yield which particles each task drives, and the task."""
     size = SHARED if way.together else SESSION
     number, first = np.unique(missing // size, return_index=True)
-    for session, some in zip(number.tolist(), np.split(missing, first[1:]), strict=True):
+    sessions = np.split(missing, first[1:]) if len(missing) else []
+    for session, some in zip(number.tolist(), sessions, strict=True):
         if way.together:
             # In a shared run all take part, or none: they share SUMO's random numbers.
             whole_run = np.arange(session * size, min((session + 1) * size, len(particles)))
