@@ -12,8 +12,10 @@ from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn
 from planner.futures import store
 from planner.futures.cutting import siblings_of
-from planner.futures.record import KNOT_EVERY_S, How, record
+from planner.futures.record import KNOT_EVERY_S, How, record, session_of
+from planner.futures.rides import Ride, drive_session
 from planner.futures.store import Recording, recorded
+from planner.futures.workers import in_processes
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from support.sumo_instances import grid5x5, town
@@ -109,6 +111,24 @@ def test_motion_and_knots_do_not_depend_on_the_horizon() -> None:
             of_long = getattr(long, name)[long.first_knot[k] : long.first_knot[k + 1]]
             assert getattr(short, name)[rows].tolist() == of_long[:count].tolist()
     assert np.all(short.end_s[goes_on] == KNOT_EVERY_S)
+
+
+def test_no_ride_depends_on_the_horizon() -> None:
+    """Short ones above all: there many are near the edge on which they would be at the horizon."""
+    network = town()
+
+    def rides(horizon_s: float) -> list[Ride]:
+        particles = recipe(network, 100, horizon_s).particles(network)
+        session = session_of(network, particles, np.arange(100), 42, horizon_s)
+        (answer,) = in_processes(drive_session, [session], workers=1)
+        return answer
+
+    long = rides(120.0)
+    for horizon_s in (10.0, 40.0):
+        for whole, ride in zip(long, rides(horizon_s), strict=True):
+            assert len(ride.xy_m) <= 16 * (1 + int(horizon_s))
+            assert whole.xy_m.startswith(ride.xy_m)
+            assert ride.roads == tuple(road for road in whole.roads if road[0] <= horizon_s)
 
 
 def lines_of(caplog: pytest.LogCaptureFixture) -> list[str]:
