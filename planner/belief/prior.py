@@ -54,6 +54,15 @@ class Prior(Frozen):
         return self.distance_m.quantile(u)
 
 
+def in_town(prior: Prior, network: RoadNetwork) -> bool:
+    """Return whether targets drive among limits, signals and turns: SUMO's driver on a real net.
+
+    Particles drawn there, and their motion, do not depend on how many there are, nor on the
+    horizon but for their end.
+    """
+    return prior.driving == "free" and not network.is_abstract
+
+
 def prior_of(
     target: "TargetSection", network: RoadNetwork, *, turns: TurnTable | None = None
 ) -> Prior:

@@ -6,13 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
-from planner.belief.prior import Prior
+from planner.belief.prior import Prior, in_town
 from planner.belief.uniforms import Columns
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 
 MOST_ROUTES = 1_000_000
 MOST_EDGES = 50_000_000  # over all routes
+# How far routes in towns go on beyond the edge at the horizon, so that nobody is nearer to the end
+# of a route than SUMO's driver looks ahead for the lanes to take: beyond 8 edges and 200 m, or the
+# way to stop, or beyond 4 edges and 3 km.
+AHEAD_EDGES = 10
+AHEAD_M = 3000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +85,8 @@ def drawn_routes(
 ) -> Routes:
     """Return one route for each start, drawn turn by turn.
 
-    A route goes on to a sink, or to the edge on which its target is at the horizon.
+    A route goes on to a sink, or to the edge on which its target is at the horizon; in towns at
+    least `AHEAD_EDGES` and `AHEAD_M` further.
 
     Parameters
     ----------
@@ -90,16 +96,23 @@ def drawn_routes(
     turns = PossibleTurns.of(prior, network)
     who, edge, speed = np.arange(len(starts)), starts.edge, starts.speed_mps
     time_s = (network.edge_length_m[edge] - starts.distance_m) / speed
+    least_edges, least_m = (AHEAD_EDGES, AHEAD_M) if in_town(prior, network) else (0, 0.0)
+    ahead_edges, ahead_m = np.zeros(len(who), np.int64), np.zeros(len(who))
     steps = [(who, edge, speed)]
     while True:
-        onward = (turns.count[edge] > 0) & (time_s < horizon_s)
+        too_short = (time_s < horizon_s) | (ahead_edges < least_edges) | (ahead_m < least_m)
+        onward = (turns.count[edge] > 0) & too_short
         if not onward.any():
             return _one_after_the_other(steps)
         who, edge, speed, time_s = who[onward], edge[onward], speed[onward], time_s[onward]
+        ahead_edges, ahead_m = ahead_edges[onward], ahead_m[onward]
+        beyond = time_s >= horizon_s
         edge = turns.after(edge, next(columns)[who]).astype(np.int64)
         if prior.speed_per_road:
             speed = prior.speed_mps.quantile(next(columns)[who])
         time_s = time_s + network.edge_length_m[edge] / speed
+        ahead_edges = ahead_edges + beyond
+        ahead_m = ahead_m + beyond * network.edge_length_m[edge]
         steps.append((who, edge, speed))
 
 

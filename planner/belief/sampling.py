@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Floats, Ints, Offsets
 from planner.belief.distribution import Distribution, Listed, chosen
 from planner.belief.particles import Particles
-from planner.belief.prior import Prior
+from planner.belief.prior import Prior, in_town
 from planner.belief.routes import (
     Routes,
     Starts,
@@ -29,6 +29,7 @@ from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
 LARGEST_SEED = 2**31 - 1
+TURNS = 64  # in towns so many are points of the Sobol sequence, whatever the horizon
 SETTLED_S = 301  # at second 300 SUMO goes once through all that it holds; after that it is quick
 
 
@@ -48,14 +49,15 @@ def sample(
     n
         How many; "all" makes as many as there are.
     rng
-        Fresh for this use. A particle's draws do not depend on ``n``.
+        Fresh for this use. A particle's draws do not depend on ``n``; in towns, and wherever they
+        are independent, neither on the horizon.
     sampling
         "iid": independent draws, the paper's sampling with replacement. "sobol": points of a
         scrambled Sobol sequence over all dimensions, which fill the prior more evenly. "all":
         every listed start, distance and speed and every route, weighted by its probability.
     horizon_s
-        Routes go on to a sink, or to the edge on which the particle is then; seconds on the
-        target's clock.
+        Routes go on to a sink, or to the edge on which the particle is then, in towns a little
+        further; seconds on the target's clock.
 
     Raises
     ------
@@ -166,7 +168,10 @@ def _blocks(
 ) -> Iterator[Columns]:
     if sampling == "iid":
         return iter([independent(n, rng)])
-    turns = most_turns(prior, network, horizon_s, limit=SOBOL_DIMENSIONS)
+    if in_town(prior, network):
+        turns = TURNS
+    else:
+        turns = most_turns(prior, network, horizon_s, limit=SOBOL_DIMENSIONS)
     return sobol(n, 3 + turns * (2 if prior.speed_per_road else 1), rng)
 
 

@@ -32,6 +32,7 @@ SHARED = 100  # particles in one run, where they can be kept from noticing each 
 SESSION = 100  # particles that share a session's seed, where each rides alone
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
+KNOT_EVERY_S = 300.0  # in towns recordings have knots there, so that they can be cut
 LEAST_RIDES = 10  # for which it is worth to load a session
 FIRST_NOTED = 250  # particles that a note is made on first; each later one takes twice as many
 TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
@@ -237,7 +238,9 @@ def _collected(
     if isinstance(task, Session):
         assert isinstance(answer, list)
         tracks = tracks_of_rides(answer, network, step_s=task.step_s)
-        return futures_of_tracks(tracks, tolerance_m=tolerance_m)
+        in_town = task.free and not network.is_abstract
+        every_s = KNOT_EVERY_S if in_town else None
+        return futures_of_tracks(tracks, tolerance_m=tolerance_m, every_s=every_s)
     assert isinstance(answer, bytes)
     samples = _samples(task, answer, network)
     numbers = np.array([int(name) for name in samples.names])

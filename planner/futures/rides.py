@@ -63,7 +63,8 @@ class Ride:
 
     xy_m: bytes  # float64 x, y, one pair per step from the first one on, in metres
     from_s: float  # when it was set down, on its own clock
-    roads: tuple[tuple[int, str], ...] = field(repr=False)  # from which sample on it is on an edge
+    # from which sample on it is on an edge, or in a junction, and the edge that this counts to
+    roads: tuple[tuple[int, str, str], ...] = field(repr=False)
     arrival: Arrival | None  # at its route's end
 
 
@@ -165,7 +166,7 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
         libsumo.vehicle.getPosition,
         libsumo.vehicle.getRoadID,
     )
-    xy_m, roads = array("d", place(RIDER)), [(0, road_of(RIDER))]
+    xy_m, roads = array("d", place(RIDER)), [(0, *_road(libsumo, vehicle, road_of(RIDER)))]
     goal, before_end = vehicle.edges[-1], None
     for sample in range(1, 1 + int((session.end_s - from_s) / session.step_s)):
         if steer is not None:
@@ -183,8 +184,15 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
             )
         road = road_of(RIDER)
         if road != roads[-1][1]:
-            roads.append((sample, road))
+            roads.append((sample, *_road(libsumo, vehicle, road)))
     return Ride(xy_m.tobytes(), from_s, tuple(roads), None)
+
+
+def _road(libsumo: Any, vehicle: Vehicle, name: str) -> tuple[str, str]:
+    """Return where a vehicle is, and the edge that this counts to: after a junction, the next."""
+    if not name.startswith(":"):
+        return name, name
+    return name, vehicle.edges[libsumo.vehicle.getRouteIndex(RIDER) + 1]
 
 
 def _set_down(libsumo: Any, session: Session, vehicle: Vehicle) -> float:

@@ -18,6 +18,7 @@ from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.files import results_written_whole
+from planner.futures.cutting import cut_from_sibling, may_be_cut, sized_name
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
@@ -61,6 +62,8 @@ def recorded(
 ) -> Recording:
     """Return the futures of particles from the cache; they are drawn and driven once only.
 
+    In towns they are cut from a larger recording where one is there that holds them.
+
     Parameters
     ----------
     scenario
@@ -70,26 +73,45 @@ def recorded(
         note is called if the cache has all.
     """
     described = describe(network, scenario, tolerance_of(network, how.tolerance_m))
-    folder = cache_folder("futures") / _key(recipe, described)
-    if is_whole(folder):
-        try:
-            return _read_kept(folder / KNOTS, network)
-        except InputError as error:
-            log.info("the cache was damaged (%s)", error)
-    particles = recipe.particles(network)
+    folder = cache_folder("futures") / _name(recipe, network, described)
     unfinished = cache_folder("unfinished") / folder.name
+    there = _there(folder, network)
+    if there is not None and not unfinished.exists():
+        return there
+    particles = recipe.particles(network)
     with held(unfinished):
-        if not is_whole(folder):  # another command may have recorded the same meanwhile
-            kept = Kept(len(particles), unfinished)
-            if how.progress is not None:
-                how.progress(kept.count - len(kept.missing), kept.count)
-            with undone_if_stopped(partial(_say_kept, kept)):
-                futures = record_into(kept, network, particles, recipe.horizon_s, how)
+        if _there(folder, network) is None:  # another command may have recorded the same meanwhile
+            futures = None
+            if may_be_cut(recipe, network):
+                read = partial(_futures_in, network)
+                futures = cut_from_sibling(folder, recipe, particles, read)
+            if futures is None:
+                kept = Kept(len(particles), unfinished)
+                futures = _driven(kept, network, particles, recipe.horizon_s, how)
             with results_written_whole(folder, force=True) as new:
                 write_recording(new, futures, particles, network, described)
             seal(folder)
         shutil.rmtree(unfinished, ignore_errors=True)
     return _read_kept(folder / KNOTS, network)
+
+
+def _there(folder: Path, network: RoadNetwork) -> Recording | None:
+    """Return a recording that is in the cache, None if it is not, or damaged."""
+    try:
+        return _read_kept(folder / KNOTS, network) if is_whole(folder) else None
+    except InputError as error:
+        log.info("the cache was damaged (%s)", error)
+        return None
+
+
+def _driven(
+    kept: Kept, network: RoadNetwork, particles: Particles, horizon_s: float, how: How
+) -> Futures:
+    """Return the futures of particles, of which some may be kept from an interrupted recording."""
+    if how.progress is not None:
+        how.progress(kept.count - len(kept.missing), kept.count)
+    with undone_if_stopped(partial(_say_kept, kept)):
+        return record_into(kept, network, particles, horizon_s, how)
 
 
 def _say_kept(kept: Kept) -> None:
@@ -113,6 +135,16 @@ def describe(
         "scenario": json.dumps(scenario, sort_keys=True),
         **network.credit,
     }
+
+
+def _name(recipe: Recipe, network: RoadNetwork, described: Mapping[str, str]) -> str:
+    """Return the name of a recording's folder."""
+    key = _key(recipe, described)
+    if not may_be_cut(recipe, network):
+        return key
+    others = {name: text for name, text in described.items() if name != "scenario"}
+    family = _key(replace(recipe, count=0, horizon_s=0.0), others)
+    return sized_name(family[:16], recipe, key)
 
 
 def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
@@ -261,6 +293,10 @@ def _of_samples(
         names = tuple(name for name, left in zip(names, over, strict=True) if not left)
         futures = replace(futures.take(~over), weight=np.full(len(names), 1.0 / len(names)))
     return NamedFutures(futures, names, (np.nan,) * len(names), ("",) * len(names))
+
+
+def _futures_in(network: RoadNetwork, folder: Path) -> Futures:
+    return _read_kept(folder / KNOTS, network).futures
 
 
 def _read_kept(path: Path, network: RoadNetwork) -> Recording:

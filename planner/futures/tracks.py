@@ -64,18 +64,17 @@ def _motion(ride: Ride, step_s: float) -> Floats:
 def _changes(ride: Ride, network: RoadNetwork, step_s: float) -> list[tuple[float, int]]:
     """Return when a vehicle came onto which edge."""
     found: list[tuple[float, int]] = []
-    entered: int | None = None  # the sample at which it came into the junction before an edge
-    for sample, road in ride.roads:
-        if road.startswith(":"):
-            entered = sample if entered is None else entered
-            continue
-        since = sample if entered is None else entered
-        found.append((ride.from_s + step_s * since, network.edge_index[road]))
-        entered = None
+    counted: str | None = None  # the edge that the junction counts to in which it is
+    for sample, road, onto in ride.roads:
+        if onto != counted:
+            found.append((ride.from_s + step_s * sample, network.edge_index[onto]))
+        counted = onto if road.startswith(":") else None
     return found
 
 
-def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
+def futures_of_tracks(
+    tracks: Tracks, *, tolerance_m: float, every_s: float | None = None
+) -> Futures:
     """Return the futures of tracks, one per particle; all weigh the same and stay.
 
     At the time of every sample a future is within the tolerance of it. A change of edge needs no
@@ -85,6 +84,9 @@ def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
     ----------
     tolerance_m
         How far a future may be from where the particle was sampled, metres.
+    every_s
+        A sample at a multiple of this is a knot, so that what comes before does not depend on what
+        comes after it; seconds. None: nowhere.
 
     Raises
     ------
@@ -101,7 +103,8 @@ def futures_of_tracks(tracks: Tracks, *, tolerance_m: float) -> Futures:
     time_s, x_m, y_m = columns
     finite(time_s=time_s, x_m=x_m, y_m=y_m)
     _refuse_falling(first, time_s)
-    stays = farthest_reach(SampleColumns(first, time_s, x_m, y_m), tolerance_m)
+    fixed = np.zeros(len(time_s), bool) if every_s is None else time_s % every_s == 0.0
+    stays = farthest_reach(SampleColumns(first, time_s, x_m, y_m), tolerance_m, fixed)
     return Futures(
         time_s=time_s[stays],
         x_m=x_m[stays],

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints
+from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 
 
@@ -60,6 +61,28 @@ def after(futures: Futures, from_s: Floats) -> Futures:
         first_knot=np.concatenate(([0], np.cumsum(still))),
         edges=futures.edges.since(np.where(over, np.inf, from_s)),
     )
+
+
+def recorded_until(futures: Futures, until_s: float) -> Futures:
+    """Return the knots and the changes of edge up to a time, and no others."""
+    knots, changes = futures.time_s <= until_s, futures.edges.time_s <= until_s
+    return replace(
+        futures,
+        time_s=futures.time_s[knots],
+        x_m=futures.x_m[knots],
+        y_m=futures.y_m[knots],
+        first_knot=_first_of(knots, futures.first_knot),
+        edges=EdgesDriven(
+            _first_of(changes, futures.edges.first_change),
+            futures.edges.time_s[changes],
+            futures.edges.edge[changes],
+        ),
+    )
+
+
+def _first_of(kept: Flags, first: Offsets) -> Offsets:
+    """Return where each particle's rows start once only some are kept."""
+    return np.concatenate(([0], np.cumsum(kept)))[first]
 
 
 def begun_at(futures: Futures, begin_s: float) -> Futures:

@@ -32,7 +32,8 @@ MORE = (
 def compile_all(progress: Progress = silent) -> None:
     """Compile all kernels that are not compiled yet, for the types that planners call them with."""
     cases = [*((method.name,) for method in METHODS), *MORE]
-    farthest_reach(SampleColumns(np.array([0, 1]), np.zeros(1), np.zeros(1), np.zeros(1)), 1.0)
+    samples = SampleColumns(np.array([0, 1]), np.zeros(1), np.zeros(1), np.zeros(1))
+    farthest_reach(samples, 1.0, np.zeros(1, dtype=bool))
     planning_guess(Recorder(open_scenario(SCENARIO, overrides=[*SETTINGS, *STREETS])))
     for done, (name, *settings) in enumerate(cases):
         progress(done, len(cases), name)

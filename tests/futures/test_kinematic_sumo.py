@@ -44,11 +44,12 @@ def cars(network: RoadNetwork, n: int, *, seed: int, route_s: float = HORIZON_S)
     target = TargetSection(
         start=[network.edge_ids[edge] for edge in inner],
         speed_mps={"uniform": [8, 25]},
-        driving="free",
+        driving="constant",  # so that routes end where they would be then
     )
     rng = np.random.default_rng(seed)
     drawn = sample(prior_of(target, network), network, n, rng, horizon_s=route_s)
-    return replace(drawn, phase_s=rng.integers(0, signal_cycle_s(network), n))
+    phase_s = rng.integers(0, signal_cycle_s(network), n)
+    return replace(drawn, driving="free", phase_s=phase_s)
 
 
 @pytest.mark.slow

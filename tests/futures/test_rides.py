@@ -13,6 +13,7 @@ from planner.errors import LostError, SumoError
 from planner.futures import workers
 from planner.futures.record import SESSION, record, session_of, session_seed
 from planner.futures.rides import Ride, Session, drive_session
+from planner.futures.tracks import tracks_of_rides
 from planner.futures.workers import in_processes
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
@@ -155,6 +156,21 @@ def test_a_session_ends_with_the_horizon_and_with_the_route() -> None:
         assert cut.arrival is None
         assert len(cut.xy_m) == 16 * 11  # seconds 0 to 10
         assert whole.xy_m.startswith(cut.xy_m)
+        assert cut.roads == tuple(road for road in whole.roads if road[0] <= 10)
+
+
+def test_who_is_in_a_junction_counts_to_the_edge_after_it() -> None:
+    network = town()
+    particles = particles_of(network, 3)
+    for k, ride in enumerate(driven(session(particles, network))):
+        assert any(road.startswith(":") for _, road, _ in ride.roads)
+        tracks = tracks_of_rides([ride], network, step_s=1.0)
+        assert tracks.change_edge.tolist() == particles.route(k)[: len(tracks.change_s)].tolist()
+        for last, _, onto in ride.roads:  # whenever it ends
+            short = replace(ride, roads=tuple(some for some in ride.roads if some[0] <= last))
+            cut = tracks_of_rides([short], network, step_s=1.0)
+            assert network.edge_ids[cut.change_edge[-1]] == onto
+            assert cut.change_s.tolist() == tracks.change_s[tracks.change_s <= last].tolist()
 
 
 CYCLE_S, GREEN_S, AMBER_S = 90, 41, 4  # of the town's only signal, for who comes from the north
@@ -168,7 +184,7 @@ def test_a_car_stands_as_long_as_the_signal_is_red() -> None:
     waited = 0
     for phase_s in range(0, CYCLE_S, 6):
         (ride,) = driven(session(replace(one, phase_s=[phase_s]), network))
-        crosses = next(sample for sample, road in ride.roads if road.startswith(":"))
+        crosses = next(sample for sample, road, _ in ride.roads if road.startswith(":"))
         assert (phase_s + crosses) % CYCLE_S < GREEN_S + AMBER_S
         moved_m = np.linalg.norm(np.diff(np.frombuffer(ride.xy_m).reshape(-1, 2), axis=0), axis=1)
         stands = np.flatnonzero(moved_m < 1e-6)

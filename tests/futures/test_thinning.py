@@ -61,11 +61,12 @@ def random_motion(rng: np.random.Generator, samples: int) -> Floats:
     return np.column_stack([time_s, xy_m])
 
 
-def thinned(paths: list[Floats], tolerance_m: float) -> list[Flags]:
+def thinned(paths: list[Floats], tolerance_m: float, fixed: list[int] | None = None) -> list[Flags]:
     first = np.concatenate(([0], np.cumsum([len(path) for path in paths])))
     together = np.concatenate([*paths, np.zeros((0, 3))])
     columns = SampleColumns(first, *(column.copy() for column in together.T))
-    return np.split(farthest_reach(columns, tolerance_m), first[1:-1])
+    stay = np.isin(np.arange(len(together)), [] if fixed is None else fixed)
+    return np.split(farthest_reach(columns, tolerance_m, stay), first[1:-1])
 
 
 @pytest.mark.parametrize("motion", [stop_and_go, random_motion])
@@ -75,6 +76,17 @@ def test_it_is_its_slow_twin(motion, tolerance_m: float) -> None:  # type: ignor
     paths = [motion(rng, length) for length in (1, 2, 3, 60, 90)]
     for path, stays in zip(paths, thinned(paths, tolerance_m), strict=True):
         assert np.flatnonzero(stays).tolist() == slow_reach(path, tolerance_m)
+
+
+@pytest.mark.parametrize("motion", [stop_and_go, random_motion])
+def test_fixed_samples_part_a_path(motion) -> None:  # type: ignore[no-untyped-def]
+    rng = np.random.default_rng(4)
+    for tolerance_m in (0.5, 5.0, 50.0):
+        path = motion(rng, 90)
+        (stays,) = thinned([path], tolerance_m, [0, 30, 31, 75, 89])
+        parts = [slow_reach(path[a : b + 1], tolerance_m) for a, b in ((0, 30), (31, 75), (75, 89))]
+        expected = {*parts[0], *(31 + k for k in parts[1]), *(75 + k for k in parts[2])}
+        assert set(np.flatnonzero(stays).tolist()) == expected
 
 
 @given(st.integers(0, 10**6), st.integers(2, 300), st.floats(0.01, 50.0), st.booleans())

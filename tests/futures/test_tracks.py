@@ -44,6 +44,23 @@ def test_the_tolerance_decides() -> None:
     assert counts[0] > 60
 
 
+def test_knots_at_multiples_part_what_comes_before_from_what_comes_after() -> None:
+    whole = futures_of_tracks(tracks(), tolerance_m=2.0, every_s=40.0)
+    knots = whole.time_s[: whole.first_knot[1]]
+    assert {0.0, 40.0, 80.0, 120.0} < set(knots.tolist())
+    short = tracks()._replace(
+        first_sample=np.array([0, 81]),
+        time_s=tracks().time_s[:81],
+        x_m=tracks().x_m[:81],
+        y_m=tracks().y_m[:81],
+        first_change=np.array([0, 3]),
+        change_s=tracks().change_s[:3],
+        change_edge=tracks().change_edge[:3],
+    )
+    cut = futures_of_tracks(short, tolerance_m=2.0, every_s=40.0)
+    assert cut.time_s.tolist() == knots[knots <= 80.0].tolist()
+
+
 @pytest.mark.parametrize(
     ("changed", "told"),
     [

@@ -20,12 +20,13 @@ class SampleColumns(NamedTuple):
 
 
 @compiled
-def farthest_reach(samples: SampleColumns, tolerance_m: float) -> Flags:
+def farthest_reach(samples: SampleColumns, tolerance_m: float, fixed: Flags) -> Flags:
     """Return which samples stay as knots, (S,).
 
     From each knot the next one is the farthest sample to which straight, even motion passes all
     samples in between within the tolerance, each at its own time. The first and the last sample
-    of each particle stay.
+    of each particle stay, and so do the fixed ones, (S,): which others stay before one of these
+    does not depend on what comes after it.
     """
     stays = np.zeros(len(samples.time_s), dtype=np.bool_)
     for particle in range(len(samples.first_sample) - 1):
@@ -35,7 +36,7 @@ def farthest_reach(samples: SampleColumns, tolerance_m: float) -> Flags:
             continue
         stays[knot] = True
         while knot < last:
-            knot = _reach(samples, knot, last, tolerance_m)
+            knot = _reach(samples, knot, last, tolerance_m, fixed)
             stays[knot] = True
     return stays
 
@@ -50,7 +51,7 @@ class _Box(NamedTuple):
 
 
 @compiled
-def _reach(samples: SampleColumns, knot: int, last: int, tolerance_m: float) -> int:
+def _reach(samples: SampleColumns, knot: int, last: int, tolerance_m: float, fixed: Flags) -> int:
     """Return the farthest sample that straight, even motion from a knot reaches.
 
     Each sample passed allows the velocities of a disc. A sample whose own velocity is in the boxes
@@ -70,6 +71,8 @@ def _reach(samples: SampleColumns, knot: int, last: int, tolerance_m: float) -> 
         slack_mps = tolerance_m / lasts_s
         perhaps = _narrowed(perhaps, vx_mps, vy_mps, slack_mps)
         surely = _narrowed(surely, vx_mps, vy_mps, WITHIN * slack_mps)
+        if fixed[ahead]:
+            break
         ahead += 1
     return reached
 
