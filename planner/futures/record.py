@@ -15,7 +15,7 @@ from planner.futures.fcd import Samples, read_samples
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
-from planner.futures.rides import Ride, Session, drive
+from planner.futures.rides import CAN_FORK, Ride, Session, drive
 from planner.futures.simulation import Run, Vehicle
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
 from planner.futures.workers import cores, in_processes
@@ -51,10 +51,11 @@ class Way(NamedTuple):
 
 def way_of(network: RoadNetwork, particles: Particles) -> Way:
     """Return how particles are driven: the faster way where it is exact."""
+    alone = "one fork of a loaded session each" if CAN_FORK else "one SUMO each, loaded anew"
     if particles.driving != "constant":
-        return Way(False, "one fork of a loaded session each, as SUMO's driver heeds signals")
+        return Way(False, f"{alone}, as SUMO's driver heeds signals")
     if not np.all(network.edge_lanes[particles.route_edge] == 1):
-        return Way(False, "one fork of a loaded session each, as roads have several lanes")
+        return Way(False, f"{alone}, as roads have several lanes")
     return Way(True, "in shared runs, as constant speeds on single lanes are exact there")
 
 
@@ -114,6 +115,11 @@ def record_into(
     way, tolerance_m = way_of(network, particles), tolerance_of(network, how.tolerance_m)
     workers = how.workers or cores()
     log.info("%d particles are driven %s", len(kept.missing), way.why)
+    if not way.together and not CAN_FORK:
+        log.warning(
+            "this system cannot fork: SUMO loads the net anew for each particle, to the same "
+            "effect, but in a town ten times as slow"
+        )
     batches = list(_batches(network, particles, kept.missing, way, horizon_s, workers))
     said, due = "", FIRST_NOTED
     answers = in_processes(drive, [task for _, task in batches], workers=workers)

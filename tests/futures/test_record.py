@@ -11,7 +11,7 @@ import pytest
 from planner.belief.particles import Particles
 from planner.errors import SumoError
 from planner.futures.futures import Futures
-from planner.futures.record import record, session_seed
+from planner.futures.record import record, session_seed, way_of
 from planner.futures.store import describe, write_recording
 from planner.network.build import build_net
 from planner.network.read import read_net
@@ -268,3 +268,25 @@ def test_sumos_own_message_is_shown() -> None:
     )
     with pytest.raises(SumoError, match=r"r0c0-r0c1.*r4c4-r5c4|[Nn]o connection"):
         record(network, broken, horizon_s=100.0, workers=1)
+
+
+def test_one_place_says_how_particles_are_driven(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    grid, streets = grid5x5(), town()
+    rng = np.random.default_rng(1)
+    on_grid = walkers(grid, 2, rng, start="r0c0-r0c1", roads=2)
+    in_streets = walkers(streets, 2, rng, start="n-centre", roads=2)  # of two lanes
+    assert way_of(grid, on_grid).together
+    for network, particles, why in (
+        (grid, replace(on_grid, driving="free"), "signals"),
+        (streets, in_streets, "several lanes"),
+    ):
+        way = way_of(network, particles)
+        assert not way.together
+        assert "one fork of a loaded session each" in way.why
+        assert why in way.why
+    monkeypatch.setattr("planner.futures.record.CAN_FORK", False)
+    record(streets, in_streets, horizon_s=5.0, workers=1)
+    assert "cannot fork" in caplog.text
+    assert "loaded anew" in way_of(streets, in_streets).why

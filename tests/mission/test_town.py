@@ -159,3 +159,16 @@ def test_results_say_whose_data_they_are(tmp_path: Path) -> None:
     assert credit_of(conditions) == {"attribution": CREDIT}
     run_conditions({tmp_path: conditions[1:]}, workers=1)
     assert metadata(tmp_path / "results.parquet") == CREDIT
+
+
+def test_the_clock_decides_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What is planned and told is the same where the kinematic clock guesses nonsense."""
+    told = []
+    for name in ("as it is", "nonsense"):
+        out = tmp_path / name
+        words = ["plan", "berlin", "--method", "rate", "--targets", "4", "--set"]
+        words += ["search.particles=4", "--set", "search.horizon_s=300", "-o", str(out)]
+        assert main(words) == 0
+        told.append((out / "plan.json").read_bytes())
+        monkeypatch.setattr("planner.futures.kinematic.drive_cars", None)
+    assert told[0] == told[1]
