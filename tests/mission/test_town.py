@@ -8,6 +8,7 @@ import pyarrow.parquet
 import pytest
 from lxml import etree
 
+from planner.cli import main
 from planner.detection.evaluate import evaluate
 from planner.errors import InputError, ScenarioError
 from planner.experiments.condition import Condition, credit_of
