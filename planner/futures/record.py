@@ -117,8 +117,8 @@ def record_into(
     log.info("%d particles are driven %s", len(kept.missing), way.why)
     if not way.together and not CAN_FORK:
         log.warning(
-            "this system cannot fork: the net is loaded anew for each particle, to the same effect, "
-            "but ten times as slow in towns"
+            "this system cannot fork: the net is loaded anew for each particle, to the same "
+            "effect, but ten times as slow in towns"
         )
     batches = list(_batches(network, particles, kept.missing, way, horizon_s, workers))
     said, due = "", FIRST_NOTED
