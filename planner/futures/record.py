@@ -12,10 +12,11 @@ from planner.belief.particles import Particles
 from planner.checked import number, whole
 from planner.errors import InputError, SumoError
 from planner.futures.fcd import Samples, read_samples
+from planner.futures.forks import CAN_FORK
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
-from planner.futures.rides import CAN_FORK, Ride, Session, drive
+from planner.futures.rides import Ride, Session, drive
 from planner.futures.simulation import Run, Vehicle
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
 from planner.futures.workers import cores, in_processes

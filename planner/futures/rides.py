@@ -9,18 +9,15 @@ threads, so that forks are quick and sound.
 import gc
 import logging
 import math
-import os
 import pickle
-import select
-import signal
-import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from planner.errors import LostError, PlannerError, SumoError
+from planner.futures.forks import CAN_FORK, answer_of_fork, told_end
 from planner.futures.simulation import (
     Run,
     Vehicle,
@@ -36,8 +33,6 @@ log = logging.getLogger(__name__)
 
 RIDER = "rider"  # the name of the only vehicle, of its type and of its route
 SHORT_M = 0.1  # before the end of an edge, where a vehicle can still be set down
-CHUNK = 1 << 20  # bytes read from a fork at once
-CAN_FORK = hasattr(os, "fork")
 TRIES = 2  # of a ride whose process dies
 
 Arrival = tuple[float, float, float]  # seconds after the last sample, x and y in metres
@@ -269,79 +264,29 @@ def _arrival(
     return min(rest_m / speed_mps, step_s), xy_m[-2] + x_m * share, xy_m[-1] + y_m * share
 
 
-# Forks
-
-
 def _forked(libsumo: Any, session: Session, k: int) -> Ride:
     """Return a vehicle's ride in a process of its own, which is started again if it dies."""
     name = session.vehicles[k].name
     for left in reversed(range(TRIES)):
-        answer, code = _answer_of_fork(lambda: _ride(libsumo, session, k))
+        answer, code = answer_of_fork(lambda: _pickled(libsumo, session, k))
         if code == 0:
             found: Ride | Exception | str = pickle.loads(answer)
             if isinstance(found, Ride):
                 return found
             raise libsumo.TraCIException(found) if isinstance(found, str) else found
         if left:
-            log.warning("particle %s: its process %s; driven again", name, _how(code))
+            log.warning("particle %s: its process %s; driven again", name, told_end(code))
     raise LostError(
-        f"particle {name}: its process {_how(code)}, {TRIES} times; what is recorded is kept: run "
-        "it again, with fewer --jobs if memory is short"
+        f"particle {name}: its process {told_end(code)}, {TRIES} times; what is recorded is kept: "
+        "run it again, with fewer --jobs if memory is short"
     )
 
 
-def _how(code: int) -> str:
-    return f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
-
-
-def _answer_of_fork(ride: Callable[[], Ride]) -> tuple[bytes, int]:
-    """Return what a fork has written, and its exit code, negative for a signal."""
-    readable, writable = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(readable)
-        _answer_and_end(ride, writable)
-    os.close(writable)
+def _pickled(libsumo: Any, session: Session, k: int) -> bytes:
+    """Return a ride, or why there is none."""
     try:
-        parts = list(_read_all(readable))
-    except BaseException:
-        os.kill(child, signal.SIGKILL)
-        raise
-    finally:
-        os.close(readable)
-        status = os.waitpid(child, 0)[1]
-    return b"".join(parts), os.waitstatus_to_exitcode(status)
-
-
-def _answer_and_end(ride: Callable[[], Ride], writable: int) -> NoReturn:
-    """Write a pickled ride, or why there is none, and end without what ends a program."""
-    code = 1
-    try:
-        try:
-            answer = pickle.dumps(ride(), pickle.HIGHEST_PROTOCOL)
-        except PlannerError as error:
-            answer = pickle.dumps(error)
-        except import_libsumo().TraCIException as error:  # which cannot be pickled
-            answer = pickle.dumps(str(error))
-        left = memoryview(answer)
-        while left:
-            left = left[os.write(writable, left) :]
-        code = 0
-    finally:
-        os._exit(code)
-
-
-def _read_all(readable: int) -> Iterator[bytes]:
-    """Yield what comes from a fork; end with the program that waits for it."""
-    waiting = select.poll()
-    waiting.register(readable, select.POLLIN)
-    waiting.register(sys.stdin.fileno(), 0)  # says only when the other end is closed
-    while True:
-        ready = dict(waiting.poll())
-        if readable in ready:
-            part = os.read(readable, CHUNK)
-            if not part:
-                return
-            yield part
-        elif ready:
-            raise EOFError("the program that asked has ended")
+        return pickle.dumps(_ride(libsumo, session, k), pickle.HIGHEST_PROTOCOL)
+    except PlannerError as error:
+        return pickle.dumps(error)
+    except libsumo.TraCIException as error:  # which cannot be pickled
+        return pickle.dumps(str(error))

@@ -21,6 +21,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from planner.errors import LostError
+from planner.futures.forks import told_end
 from planner.interrupts import at_stop, is_stopping
 from planner.locks import temporary_folder
 
@@ -184,11 +185,10 @@ class _Worker:
 
     def _last_words(self) -> str:
         code = self.process.wait()
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
         lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
         said = f": {lines[-1].strip()}" if lines else ""
         return (
-            f"a process that runs SUMO {how}{said}; what is recorded is kept: run it again, with "
+            f"a process that runs SUMO {told_end(code)}{said}; what is recorded is kept: run it again, with "
             "fewer --jobs if memory is short"
         )
 
