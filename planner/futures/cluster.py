@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import ipaddress
 import logging
+import os
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.errors import InputError
+from planner.interrupts import start_tracker
 
 CONNECT_S = 10.0  # to wait for a scheduler to answer
 TLS, TCP = "tls://", "tcp://"
@@ -63,9 +65,11 @@ class Cluster:
             If no scheduler answers at the address.
         """
         dask: Any = importlib.import_module("dask.distributed")
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        _silence()
         with ExitStack() as stack:
             if self.address is None:
+                if os.name == "posix":
+                    start_tracker(importlib.import_module("multiprocessing.resource_tracker"))
                 cluster = dask.LocalCluster(
                     n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
                 )
@@ -74,6 +78,14 @@ class Cluster:
                 place = self.address
                 _knock(place)
             yield stack.enter_context(_client(dask.Client, place))
+
+
+def _silence() -> None:
+    """Keep Dask's own log from the terminal; each part of Dask has a level of its own."""
+    names = ["distributed", *logging.getLogger().manager.loggerDict]
+    for name in names:
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _is_safe(address: str) -> bool:

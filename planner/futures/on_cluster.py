@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 from planner.errors import InputError, LostError
 from planner.futures.cluster import Cluster
 from planner.futures.store import PACKAGE, made_by
-from planner.futures.workers import cores, dismiss_idle, in_processes
+from planner.futures.workers import UnwantedError, cores, dismiss_idle, in_processes
 from planner.network.sumo import sumo_version
 
 Task = TypeVar("Task")
@@ -145,7 +145,11 @@ def done_there(packed: bytes, identity: tuple[str, ...], files: tuple[tuple[str,
         known = worker.state.tasks.get(key)
         return known is not None and known.state != "cancelled"
 
-    (answer,) = in_processes(function, [task], workers=1, wanted=wanted)
+    try:
+        (answer,) = in_processes(function, [task], workers=1, wanted=wanted)
+    except UnwantedError:  # by a program that has been stopped, and ends no process
+        dismiss_idle()
+        raise
     return answer
 
 
