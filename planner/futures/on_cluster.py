@@ -85,8 +85,8 @@ class OnCluster:
                 flying.popleft().release()
                 yield answer
         finally:
-            if flying:
-                with suppress(Exception):  # the scheduler may be gone
+            if flying and client.status == "running":  # a closed one would wait for ever
+                with suppress(OSError):
                     client.cancel(list(flying))
 
     def close(self) -> None:
@@ -108,17 +108,27 @@ class OnCluster:
         dask: Any = importlib.import_module("dask.distributed")
         try:
             while True:
-                with suppress(dask.TimeoutError):
+                try:
                     return flying.result(timeout=WAIT_S)
-                if not client.nthreads():
+                except TimeoutError:
+                    if flying.done():  # it is the task's own
+                        raise
+                if not _has_workers(client):
                     log.warning("%s: no Dask worker is there; waiting for one", self.cluster.name)
         except dask.KilledWorker as error:
             raise LostError(
                 f"{self.cluster.name}: the workers that drove particles were killed, one after "
                 f"another; {KEPT}, with more memory for each worker if that is short"
             ) from error
-        except (CancelledError, dask.comm.CommClosedError) as error:
+        except CancelledError as error:
             raise LostError(f"{self.cluster.name}: the scheduler has ended; {KEPT}") from error
+
+
+def _has_workers(client: Any) -> bool:
+    """Return whether a cluster has workers; a scheduler that does not answer may have some."""
+    with suppress(OSError):
+        return bool(client.nthreads())
+    return True
 
 
 # What is called on a Dask worker
