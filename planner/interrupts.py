@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 HANGUP = (signal.SIGHUP,) if hasattr(signal, "SIGHUP") else ()  # a terminal that is closed
 SIGNALS = (signal.SIGINT, signal.SIGTERM, *HANGUP)
@@ -168,6 +169,27 @@ def _descendants(process: int) -> list[int]:
                 if b"resource_tracker" not in Path(f"/proc/{child}/cmdline").read_bytes():
                     found += [child, *_descendants(child)]
     return found
+
+
+def start_tracker(tracker: Any) -> None:
+    """Start the process that clears semaphores away; without its warning if we are stopped.
+
+    Parameters
+    ----------
+    tracker
+        The module `multiprocessing.resource_tracker`, or a library's own one.
+    """
+    key = "PYTHONWARNINGS"
+    before = os.environ.get(key)
+    quiet = f"ignore::UserWarning:{tracker.__name__}"
+    os.environ[key] = f"{before},{quiet}" if before else quiet
+    try:
+        tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ[key]
+        else:
+            os.environ[key] = before
 
 
 def _runs(process: int) -> bool:

@@ -127,11 +127,11 @@ def load_all(cache: Path) -> None:
     for module in pkgutil.walk_packages(planner.__path__, "planner."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    from planner.futures import record
+    from planner.futures import workers
     from planner.futures.simulation import import_libsumo
 
     import_libsumo()
-    setattr(record, "in_processes", in_this_process)  # noqa: B010
+    setattr(workers, "in_processes", in_this_process)  # noqa: B010
 
 
 def in_this_process(

@@ -52,9 +52,39 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Add the number of processes."""
+    """Add the number of processes; they are this machine's, unless `add_backend` is called too."""
     parser.add_argument(
         "-j", "--jobs", type=count, metavar="N", help="SUMO processes (default: one per core)"
+    )
+    parser.set_defaults(backend="processes", address=None, insecure=False)
+
+
+def add_backend(parser: argparse.ArgumentParser, *, what: str, needs: str) -> None:
+    """Add where the work is done.
+
+    Parameters
+    ----------
+    what
+        Is done there.
+    needs
+        What the machines of a cluster have to share with this one.
+    """
+    parser.add_argument(
+        "--backend",
+        choices=("processes", "dask"),
+        default="processes",
+        help=f"{what} in local processes or on Dask (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--address",
+        metavar="ADDR",
+        help=f"address of a Dask scheduler, e.g. tls://host:8786, whose workers have this planner "
+        f"and {needs} (default: start a local cluster)",
+    )
+    parser.add_argument(
+        "--insecure",
+        action="store_true",
+        help="reach a scheduler on another machine without TLS, in a network that you trust",
     )
 
 

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from planner.cli.backends import cluster_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import LONG_S
@@ -86,9 +87,9 @@ def run_experiments(
     title: str,
 ) -> dict[Path, Results]:
     """Run what is not finished of experiments, by the folder of their results."""
+    workers, backend = arguments.jobs, _backend(arguments)
     for out, one in chosen.items():
         _claim(out, one, quick=arguments.quick)
-    workers, backend = arguments.jobs, _backend(arguments)
     _announce(chosen, conditions, workers or cores())
     with progress_bar(title) as progress, undone_if_stopped(_say_how_to_resume):
         run_one = partial(run_condition, studies=STUDIES)
@@ -153,11 +154,8 @@ def _say_how_to_resume() -> None:
 
 
 def _backend(arguments: argparse.Namespace) -> Backend:
-    if arguments.backend == "dask":
-        return partial(by_dask, address=arguments.address)
-    if arguments.address is not None:
-        raise InputError(f"--address {arguments.address}: goes with --backend dask")
-    return in_processes
+    cluster = cluster_of(arguments)
+    return in_processes if cluster is None else partial(by_dask, cluster=cluster)
 
 
 def _table(rows: Sequence[Any], first: Condition, title: str) -> Any:

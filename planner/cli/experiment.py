@@ -2,7 +2,7 @@
 
 import argparse
 
-from planner.cli.arguments import count, path
+from planner.cli.arguments import add_backend, count, path
 
 SUMMARY = "run all combinations of factors, methods and seeds"
 DETAILS = """\
@@ -42,17 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dry-run", action="store_true", help="list the conditions without running them"
     )
-    parser.add_argument(
-        "--backend",
-        choices=("processes", "dask"),
-        default="processes",
-        help="run them in local processes or on Dask (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--address",
-        metavar="ADDR",
-        help="address of a Dask scheduler, e.g. tcp://host:8786 (default: start a local cluster)",
-    )
+    add_backend(parser, what="run them", needs="the scenario at the same place")
     parser.add_argument(
         "--only",
         metavar="KEY=VALUE",

@@ -6,7 +6,7 @@ import shutil
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.arguments import add_scenario, path
+from planner.cli.arguments import add_backend, add_scenario, path
 from planner.cli.printing import print_result, summary_lines
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ EXAMPLES = (
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `planner futures`."""
     add_scenario(parser)
+    add_backend(parser, what="drive targets", needs="the net at the same place")
     parser.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="also write the files to DIR"
     )

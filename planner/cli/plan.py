@@ -3,6 +3,7 @@
 import argparse
 
 from planner.cli.arguments import (
+    add_backend,
     add_objective,
     add_scenario,
     add_targets,
@@ -33,6 +34,7 @@ EXAMPLES = (
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `planner plan`, and the list of methods below them."""
     add_scenario(parser)
+    add_backend(parser, what="drive targets", needs="the net at the same place")
     parser.add_argument(
         "-o",
         "--output",

@@ -5,12 +5,12 @@ import sys
 from contextlib import suppress
 
 from planner.belief.particles import Driving
+from planner.cli.backends import recorder_of
 from planner.cli.printing import console
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder
 from planner.mission.trial import Attempt, attempted
 from planner.report import sentences, tables
 from planner.report.formats import FittingTable
@@ -48,7 +48,7 @@ def show_first_plan(
         return
     with suppress(NotApplicableError):
         method = method_named(FIRST)
-        first = attempted(method, Recorder(opened, arguments.jobs), futures)
+        first = attempted(method, recorder_of(arguments, opened), futures)
         out = console()
         out.print(flight_table(first.plan, opened))
         out.print(sentences.better_plan_follows(FIRST, arguments.method, many))

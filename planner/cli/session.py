@@ -9,6 +9,7 @@ from pathlib import Path
 
 from planner.belief.particles import Driving
 from planner.cli.arguments import scenario_overrides
+from planner.cli.backends import backend_of, recorder_of
 from planner.cli.progress import progress_bar
 from planner.clock import rough
 from planner.errors import OutputError
@@ -17,7 +18,6 @@ from planner.futures.cost import cost_of
 from planner.futures.futures import Futures
 from planner.futures.record import Note
 from planner.futures.store import Recording
-from planner.futures.workers import cores
 from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, needs_holdout
@@ -29,6 +29,7 @@ log = logging.getLogger(__name__)
 
 def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()) -> OpenScenario:
     """Return the scenario that was named, changed by its own options and by further overrides."""
+    backend_of(arguments)  # at fault, it is said before a net is read
     overrides = [*scenario_overrides(arguments), *overrides]
     return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
 
@@ -126,13 +127,14 @@ def announcing(
             _announce(arguments, opened, drive, total, sets)
         progress(done, total, note)
 
-    return Recorder(opened, arguments.jobs, on_progress)
+    return recorder_of(arguments, opened, on_progress)
 
 
 def _announce(
     arguments: argparse.Namespace, opened: OpenScenario, drive: Drive, many: int, sets: int
 ) -> None:
-    horizon_s, workers = opened.scenario.search.horizon_s, arguments.jobs or cores()
+    workers = backend_of(arguments).size(arguments.jobs)
+    horizon_s = opened.scenario.search.horizon_s
     each = cost_of(opened.network, many, driving=drive.driving, horizon_s=horizon_s)
     cost = each.times(sets)
     if cost.wall_s(workers) > LONG_S:

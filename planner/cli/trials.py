@@ -8,11 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from planner.bounds.certificate import STEPS, Certificate, Effort, certified
+from planner.cli.backends import recorder_of
 from planner.cli.progress import progress_bar
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, budget_of
+from planner.mission.recorder import budget_of
 from planner.mission.trial import Attempt, attempted
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
@@ -49,7 +50,7 @@ def attempt_of(
 
         return attempted(
             method,
-            Recorder(opened, arguments.jobs),
+            recorder_of(arguments, opened),
             futures,
             holdout=holdout,
             budget=replace(budget or budget_of(opened), on_progress=on_progress),

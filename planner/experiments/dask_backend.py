@@ -1,25 +1,17 @@
 """Conditions run by Dask: on a cluster of many machines, or one started here."""
 
 import importlib
-import logging
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 from typing import Any
 
-from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.processes import TRIES, Done, RunCondition, retried
 from planner.experiments.run_condition import Outcome
-
-CONNECT_S = 10.0  # to wait for a scheduler to answer
+from planner.futures.cluster import Cluster
 
 
 def by_dask(
-    run_one: RunCondition,
-    conditions: Sequence[Condition],
-    workers: int,
-    *,
-    address: str | None = None,
+    run_one: RunCondition, conditions: Sequence[Condition], workers: int, *, cluster: Cluster
 ) -> Iterator[Done]:
     """Yield conditions as Dask has them done, with what came of them.
 
@@ -28,33 +20,20 @@ def by_dask(
     Parameters
     ----------
     workers
-        Processes of the cluster that is started if there is no address.
-    address
-        Of a running scheduler, whose workers have this package, and the scenario at the same
-        place as here; a cache that they share (``PLANNER_CACHE``) spares recordings.
+        Processes of the cluster, if it is started here.
+    cluster
+        Its workers have this package, and the scenario at the same place as here; a cache that
+        they share (``PLANNER_CACHE``) spares recordings.
 
     Raises
     ------
     InputError
-        If Dask is not installed, or no scheduler answers at the address.
+        If no scheduler answers at the address.
     """
     if not conditions:
         return
-    try:
-        dask: Any = importlib.import_module("dask.distributed")
-    except ImportError as error:
-        raise InputError(
-            "--backend dask: is not installed; pip install 'sumo-search-planner[dask]'"
-        ) from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with ExitStack() as stack:
-        place: Any = address
-        if address is None:
-            cluster = dask.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
-            )
-            place = stack.enter_context(cluster)
-        client = stack.enter_context(_connected(dask.Client, place))
+    dask: Any = importlib.import_module("dask.distributed")
+    with cluster.connected(workers) as client:
         flying = {
             client.submit(run_one, one, key=f"condition-{one.id}", retries=TRIES): one
             for one in conditions
@@ -72,12 +51,3 @@ def by_dask(
 def _deaths(key: str, dask_scheduler: Any) -> int:
     """Return how many workers were killed while they were at a task."""
     return int(dask_scheduler.tasks[key].suspicious)
-
-
-def _connected(client: Any, place: Any) -> Any:
-    try:
-        return client(place, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(
-            f"--address {place}: no Dask scheduler answers there; start one, or leave it out"
-        ) from error

@@ -22,6 +22,7 @@ from multiprocessing.connection import wait as wait_for
 from planner.experiments.condition import Condition
 from planner.experiments.run_condition import Outcome
 from planner.futures.workers import dismiss
+from planner.interrupts import start_tracker
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +100,10 @@ def _pool(workers: int) -> Iterator[Executor]:
     """Give processes that each end when this one does, however it does."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    _start_tracker()
+    if os.name == "posix":
+        from joblib.externals.loky.backend import resource_tracker
+
+        start_tracker(resource_tracker)
     held, alive = Pipe(duplex=False)
     with (
         held,
@@ -110,25 +114,6 @@ def _pool(workers: int) -> Iterator[Executor]:
         # Processes that have grown are replaced, which is no fault.
         warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
         yield pool
-
-
-def _start_tracker() -> None:
-    """Start the process that clears semaphores away; without its warning if we are stopped."""
-    if os.name != "posix":
-        return
-    from joblib.externals.loky.backend import resource_tracker
-
-    key = "PYTHONWARNINGS"
-    before = os.environ.get(key)
-    quiet = f"ignore::UserWarning:{resource_tracker.__name__}"
-    os.environ[key] = f"{before},{quiet}" if before else quiet
-    try:
-        resource_tracker.ensure_running()
-    finally:
-        if before is None:
-            del os.environ[key]
-        else:
-            os.environ[key] = before
 
 
 def _begin(held: Connection) -> None:

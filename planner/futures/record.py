@@ -19,7 +19,7 @@ from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
 from planner.futures.rides import Ride, Session, drive
 from planner.futures.simulation import Run, Vehicle
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
-from planner.futures.workers import cores, in_processes
+from planner.futures.workers import HERE, Backend
 from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
 from planner.progress import Progress
@@ -61,14 +61,15 @@ def way_of(network: RoadNetwork, particles: Particles) -> Way:
 
 
 class How(NamedTuple):
-    """How particles are recorded; nothing in the result depends on the last three."""
+    """How particles are recorded; nothing in the result depends on any but the tolerance."""
 
     tolerance_m: float | None = None  # how far a future may be from a sample; None: by the net
-    workers: int | None = None  # processes; None: one per core
+    workers: int | None = None  # processes; None: as many as the backend has
     progress: Progress | None = None  # called with the particles recorded so far and their number
     # Called with the first particles as soon as some ride alone, as futures that stand for all;
     # what it returns goes with the progress from then on.
     note: Note | None = None
+    backend: Backend = HERE  # whose processes drive them
 
 
 NO_MATTER = How()
@@ -114,7 +115,7 @@ def record_into(
 ) -> Futures:
     """Return the futures of particles, of which some may be recorded already; keep the others."""
     way, tolerance_m = way_of(network, particles), tolerance_of(network, how.tolerance_m)
-    workers = how.workers or cores()
+    workers = how.backend.size(how.workers)
     log.info("%d particles are driven %s", len(kept.missing), way.why)
     if not way.together and not CAN_FORK:
         log.warning(
@@ -123,7 +124,8 @@ def record_into(
         )
     batches = list(_batches(network, particles, kept.missing, way, horizon_s, workers))
     said, due = "", FIRST_NOTED
-    answers = in_processes(drive, [task for _, task in batches], workers=workers)
+    tasks, files = [task for _, task in batches], {network.path.absolute(): network.sha256}
+    answers = how.backend.answers(drive, tasks, workers=workers, files=files)
     for (batch, task), answer in zip(batches, answers, strict=True):
         kept.keep(batch, _collected(network, particles, task, answer, tolerance_m))
         if how.note is not None and not way.together and due <= kept.ready < kept.count:
@@ -193,7 +195,7 @@ def _shares(rides: int, sessions: int, workers: int) -> int:
 
 def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: float) -> Run:
     return Run(
-        net=network.path,
+        net=network.path.absolute(),
         given_as=network.given_as,
         vehicles=_vehicles(network, particles, batch),
         seed=int(particles.seed[batch[0]]),
@@ -207,7 +209,7 @@ def session_of(
 ) -> Session:
     """Return the session in which each of some particles rides alone."""
     return Session(
-        net=network.path,
+        net=network.path.absolute(),
         given_as=network.given_as,
         vehicles=_vehicles(network, particles, batch),
         phases_s=tuple(particles.phase_s[batch].tolist()),

@@ -14,11 +14,12 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from planner.errors import LostError
 from planner.futures.forks import told_end
@@ -30,14 +31,77 @@ Answer = TypeVar("Answer")
 
 log = logging.getLogger(__name__)
 
+LOOK_S = 0.2  # between two looks whether answers are wanted still
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
 
 _idle: list["_Worker"] = []  # started earlier, to be used again
 _all: set["_Worker"] = set()
 
 
+class Backend(Protocol):
+    """Where tasks are done: by processes of this machine, or of others."""
+
+    def size(self, workers: int | None) -> int:
+        """Return how many processes there are, given how many were asked for, if at all."""
+
+    def answers(
+        self,
+        function: Callable[[Task], Answer],
+        tasks: Sequence[Task],
+        *,
+        workers: int,
+        files: Mapping[Path, str],
+    ) -> Iterator[Answer]:
+        """Yield what a function returns for each task, in the tasks' order.
+
+        Parameters
+        ----------
+        function
+            Can be pickled; its own exceptions are raised here.
+        workers
+            How many processes, as `size` has it.
+        files
+            What the tasks read, and its SHA-256: they have to find the same.
+
+        Raises
+        ------
+        LostError
+            If the processes that are at a task die again and again.
+        """
+
+
+class Here:
+    """Has tasks done by processes of this machine."""
+
+    def size(self, workers: int | None) -> int:
+        """Return how many processes there are: one per core if not asked for."""
+        return workers or cores()
+
+    def answers(
+        self,
+        function: Callable[[Task], Answer],
+        tasks: Sequence[Task],
+        *,
+        workers: int,
+        files: Mapping[Path, str],  # noqa: ARG002
+    ) -> Iterator[Answer]:
+        """Yield what a function returns for each task, as `in_processes` does."""
+        return in_processes(function, tasks, workers=workers)
+
+
+HERE = Here()
+
+
+class UnwantedError(Exception):
+    """Nobody wants the answers any more."""
+
+
 def in_processes(
-    function: Callable[[Task], Answer], tasks: Sequence[Task], *, workers: int | None = None
+    function: Callable[[Task], Answer],
+    tasks: Sequence[Task],
+    *,
+    workers: int | None = None,
+    wanted: Callable[[], bool] | None = None,
 ) -> Iterator[Answer]:
     """Yield what a function returns for each task, in the tasks' order.
 
@@ -47,12 +111,18 @@ def in_processes(
         Can be pickled; its own exceptions are raised here.
     workers
         How many processes; one per core if not given.
+    wanted
+        Asked now and then whether to go on.
 
     Raises
     ------
     LostError
         If a process dies, and the one that takes its place too.
+    UnwantedError
+        If they are not to go on.
     """
+    if not tasks:
+        return
     team = _team(min(workers or cores(), len(tasks)))
     free: SimpleQueue[_Worker] = SimpleQueue()
     over = threading.Event()
@@ -80,9 +150,23 @@ def in_processes(
             list(threads.map(lambda worker: worker.begin(function), team))
             for worker in team:
                 free.put(worker)
-            yield from threads.map(done, tasks)
+            flying = deque(threads.submit(done, task) for task in tasks)
+            try:
+                while flying:
+                    yield _awaited(flying.popleft(), wanted)
+            finally:
+                for one in flying:
+                    one.cancel()
     finally:
         _idle.extend(worker for worker in team if worker in _all)
+
+
+def _awaited(answer: Future[Answer], wanted: Callable[[], bool] | None) -> Answer:
+    """Return an answer, unless it is no more wanted before it is there."""
+    while wanted is not None and not wait([answer], LOOK_S).done:
+        if not wanted():
+            raise UnwantedError
+    return answer.result()
 
 
 def cores() -> int:
@@ -102,6 +186,12 @@ def dismiss() -> None:
     _idle.clear()
 
 
+def dismiss_idle() -> None:
+    """End the processes that wait for further work."""
+    for worker in _team(len(_idle), new=False):
+        worker.kill()
+
+
 def _kill_all() -> None:
     """End all processes without waiting for their ends, as is due when the program is stopped."""
     for worker in list(_all):
@@ -112,12 +202,15 @@ atexit.register(dismiss)
 at_stop(_kill_all)
 
 
-def _team(size: int) -> list["_Worker"]:
-    waiting = [_idle.pop() for _ in range(min(size, len(_idle)))]
+def _team(size: int, *, new: bool = True) -> list["_Worker"]:
+    waiting: list[_Worker] = []
+    while _idle and len(waiting) < size:
+        with contextlib.suppress(IndexError):  # another thread may take the last one
+            waiting.append(_idle.pop())
     alive = [worker for worker in waiting if worker.alive]
     for worker in set(waiting) - set(alive):
         worker.kill()
-    return alive + [_Worker() for _ in range(size - len(alive))]
+    return alive + [_Worker() for _ in range(size - len(alive) if new else 0)]
 
 
 @contextlib.contextmanager
@@ -188,8 +281,8 @@ class _Worker:
         lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
         said = f": {lines[-1].strip()}" if lines else ""
         return (
-            f"a process that runs SUMO {told_end(code)}{said}; what is recorded is kept: run it again, with "
-            "fewer --jobs if memory is short"
+            f"a process that runs SUMO {told_end(code)}{said}; what is recorded is kept: run it "
+            "again, with fewer --jobs if memory is short"
         )
 
 

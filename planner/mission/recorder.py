@@ -19,6 +19,7 @@ from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
+from planner.futures.workers import HERE, Backend
 from planner.mission.opening import OpenScenario
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
@@ -39,6 +40,7 @@ class Recorder:
     opened: OpenScenario
     workers: int | None = None
     progress: Progress | None = None
+    backend: Backend = HERE  # whose processes drive them
 
     def __post_init__(self) -> None:
         instance("opened", self.opened, OpenScenario)
@@ -147,7 +149,7 @@ class Recorder:
         self, recipe: Recipe, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
         tolerance_m = self.opened.scenario.futures.tolerance_m
-        how = How(tolerance_m, self.workers, self.progress, note)
+        how = How(tolerance_m, self.workers, self.progress, note, self.backend)
         return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 

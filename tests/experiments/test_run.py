@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError, OutputError, SumoError
-from planner.experiments import dask_backend
 from planner.experiments import processes as pool
 from planner.experiments.condition import Condition
 from planner.experiments.dask_backend import by_dask
@@ -25,6 +24,7 @@ from planner.experiments.processes import Done, RunCondition
 from planner.experiments.result_store import ResultStore
 from planner.experiments.run import run
 from planner.experiments.run_condition import Outcome, run_condition
+from planner.futures.cluster import Cluster
 from planner.mission.opening import open_scenario
 from planner.mission.recorder import Recorder
 from planner.mission.trial import try_method
@@ -402,7 +402,13 @@ def test_dask_gives_the_same_table_though_a_worker_is_killed(
     pytest.importorskip("distributed")
     act = functools.partial(die, folder=tmp_path, times=1)
     out, told = tmp_path / "out", functools.partial(noted, folder=tmp_path, act=act)
-    run_alone(conditions, out, workers=2, run_one=told, backend=by_dask)
+    run_alone(
+        conditions,
+        out,
+        workers=2,
+        run_one=told,
+        backend=functools.partial(by_dask, cluster=Cluster()),
+    )
     assert (tmp_path / "died").read_text() == "x"
     assert same(out, whole)
     assert killed_once(out, conditions)
@@ -414,7 +420,7 @@ def test_dask_on_a_running_cluster(
     distributed = pytest.importorskip("distributed")
     given = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with distributed.LocalCluster(n_workers=2, **given) as cluster:
-        there = functools.partial(by_dask, address=cluster.scheduler_address)
+        there = functools.partial(by_dask, cluster=Cluster(cluster.scheduler_address))
         run_alone(conditions[:6], tmp_path, workers=1, backend=there)
     assert cells(tmp_path) == cells(whole)[:6]
 
@@ -423,8 +429,7 @@ def test_no_scheduler(
     conditions: list[Condition], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(dask_backend, "CONNECT_S", 0.5)
-    nowhere = functools.partial(by_dask, address="tcp://127.0.0.1:1")
+    nowhere = functools.partial(by_dask, cluster=Cluster("tcp://127.0.0.1:1"))
     with pytest.raises(InputError, match=r"--address tcp://127.0.0.1:1: no Dask scheduler answers"):
         run_alone(conditions[:1], tmp_path, workers=1, backend=nowhere)
 
