@@ -81,7 +81,7 @@ def joined(parts: Sequence[Futures]) -> Futures:
 
 
 def _found(folder: Path) -> Iterator[tuple[Offsets, Futures]]:
-    for path in sorted(folder.glob("*.npz")):
+    for path in sorted(folder.glob("[0-9]*.npz")):
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as columns:
                 yield _part(columns)

@@ -8,6 +8,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.record import How, record, record_into
 from planner.futures.store import FILES, recorded
+from planner.futures.workers import Here
 from support.command_line import TOWN
 from support.sumo_instances import town, walkers
 
@@ -62,14 +64,14 @@ def test_what_is_kept_is_not_driven_again(tmp_path: Path, monkeypatch: pytest.Mo
     assert found.ready == 20
     assert not (tmp_path / "9999.npz").exists()
     tasks: list[int] = []
-    driven = recording.in_processes
 
-    def counted(function: object, given: list[object], **more: object) -> object:
-        tasks.append(len(given))
-        return driven(function, given, **more)  # type: ignore[arg-type]
+    class Counting(Here):
+        def answers(self, function: Any, tasks_given: Any, **more: Any) -> Any:
+            tasks.append(len(tasks_given))
+            return super().answers(function, tasks_given, **more)
 
-    monkeypatch.setattr(recording, "in_processes", counted)
-    assert same(record_into(found, town(), particles, HORIZON_S, How(workers=1)), whole)
+    how = How(workers=1, backend=Counting())
+    assert same(record_into(found, town(), particles, HORIZON_S, how), whole)
     assert tasks == [2]
 
 
@@ -99,11 +101,11 @@ def test_a_killed_command_goes_on(tmp_path: Path) -> None:
     )
     unfinished = tmp_path / "cache" / "unfinished"
     give_up = time.monotonic() + 60
-    while len(list(unfinished.rglob("*.npz"))) < 2 and time.monotonic() < give_up:
+    while len(list(unfinished.rglob("[0-9]*.npz"))) < 2 and time.monotonic() < give_up:
         time.sleep(0.02)
     os.killpg(running.pid, signal.SIGKILL)
     running.wait()
-    kept = list(unfinished.rglob("*.npz"))
+    kept = list(unfinished.rglob("[0-9]*.npz"))
     assert 2 <= len(kept) < 6
     out = [*command, "-o", str(tmp_path / "again"), "-v"]
     done = subprocess.run(out, env={**os.environ, **here}, capture_output=True, text=True)
