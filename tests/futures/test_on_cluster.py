@@ -121,13 +121,21 @@ def kill_parent_once(mark: Path) -> str:
     return str(kill_parent(0))
 
 
-def test_a_killed_worker_is_replaced(there: OnCluster, tmp_path: Path) -> None:
-    assert answers(there, kill_parent_once, [tmp_path / "mark"]) == ["done"]
+@pytest.fixture
+def started() -> Iterator[OnCluster]:
+    """A cluster of the test's own, whose workers may be killed."""
+    backend = OnCluster(Cluster())
+    yield backend
+    backend.close()
 
 
-def test_a_task_that_kills_every_worker_is_given_up(there: OnCluster) -> None:
-    with pytest.raises(LostError, match=r"--address tcp://127.* killed, one after another.*kept"):
-        answers(there, kill_parent, [0])
+def test_a_killed_worker_is_replaced(started: OnCluster, tmp_path: Path) -> None:
+    assert answers(started, kill_parent_once, [tmp_path / "mark"]) == ["done"]
+
+
+def test_a_task_that_kills_every_worker_is_given_up(started: OnCluster) -> None:
+    with pytest.raises(LostError, match=r"--backend dask: .* killed, one after another.*kept"):
+        answers(started, kill_parent, [0])
 
 
 def test_stopping_early_ends_what_is_under_way(there: OnCluster) -> None:
