@@ -71,7 +71,10 @@ class Cluster:
                 if os.name == "posix":
                     start_tracker(importlib.import_module("multiprocessing.resource_tracker"))
                 cluster = dask.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
                 )
                 place: Any = stack.enter_context(cluster)
             else:

@@ -28,7 +28,7 @@ distributed = pytest.importorskip("distributed")
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A running scheduler on this machine with one worker of two threads."""
-    given = {"threads_per_worker": 2, "processes": True, "dashboard_address": None}
+    given = {"threads_per_worker": 2, "processes": True, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(n_workers=1, **given) as cluster:
         yield cluster.scheduler_address
 
