@@ -71,7 +71,10 @@ class Cluster:
                 if os.name == "posix":
                     start_tracker(importlib.import_module("multiprocessing.resource_tracker"))
                 cluster = dask.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
                 )
                 place: Any = stack.enter_context(cluster)
             else:
@@ -118,12 +121,21 @@ def _knock(address: str) -> None:
 def _client(client: Any, place: Any) -> Any:
     try:
         return client(place, timeout=CONNECT_S, set_as_default=False)
-    except TypeError as error:  # what Dask has for TLS without certificates
-        raise InputError(
+    except Exception as error:
+        # Half-made, it would wait when it is collected, and complain.
+        for one in [*client._instances]:
+            if one.status == "connecting":
+                one.status = "closed"
+        raise _refusal(place, error) from error
+
+
+def _refusal(place: Any, error: Exception) -> Exception:
+    """Return what to tell of a connection that failed."""
+    if isinstance(error, TypeError):  # what Dask has for TLS without certificates
+        return InputError(
             f"--address {place}: needs certificates; name their files to Dask, as {CERTIFICATES}"
-        ) from error
-    except (OSError, TimeoutError, ValueError) as error:
-        raise _no_answer(place) from error
+        )
+    return _no_answer(place) if isinstance(error, OSError | ValueError) else error
 
 
 def _no_answer(address: Any) -> InputError:

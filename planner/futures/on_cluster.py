@@ -11,6 +11,7 @@ import logging
 import os
 import pickle
 import platform
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
@@ -22,7 +23,7 @@ from typing import Any, TypeVar
 from planner.errors import InputError, LostError
 from planner.futures.cluster import Cluster
 from planner.futures.store import PACKAGE, made_by
-from planner.futures.workers import UnwantedError, cores, dismiss_idle, in_processes
+from planner.futures.workers import cores, dismiss_idle, in_processes
 from planner.network.sumo import sumo_version
 
 Task = TypeVar("Task")
@@ -32,7 +33,10 @@ log = logging.getLogger(__name__)
 
 KEPT = "what is recorded is kept: run it again"
 WAIT_S = 5.0  # for an answer, before it is asked whether any worker is there
+REST_S = 30.0  # after its last task, before a Dask worker ends the processes that wait
 FILES = 8  # whose digests a Dask worker remembers
+
+_timers: list[threading.Timer] = []  # of a Dask worker
 
 
 class OnCluster:
@@ -90,13 +94,11 @@ class OnCluster:
                     client.cancel(list(flying))
 
     def close(self) -> None:
-        """End the connection, and the processes that wait for more on the cluster's machines."""
-        if self._client is not None:
-            atexit.unregister(self.close)
-            with suppress(Exception):
-                self._client.run(dismiss_idle, on_error="ignore")
-            self._client = None
-        self._stack.close()
+        """End the connection, and the cluster if it was started here."""
+        atexit.unregister(self.close)
+        self._client = None
+        with suppress(OSError):  # the scheduler may be gone
+            self._stack.close()
 
     def _connected(self, workers: int) -> Any:
         if self._client is None:
@@ -157,10 +159,19 @@ def done_there(packed: bytes, identity: tuple[str, ...], files: tuple[tuple[str,
 
     try:
         (answer,) = in_processes(function, [task], workers=1, wanted=wanted)
-    except UnwantedError:  # by a program that has been stopped, and ends no process
-        dismiss_idle()
-        raise
+    finally:
+        _dismiss_later()
     return answer
+
+
+def _dismiss_later() -> None:
+    """End the processes that wait, unless further tasks are done meanwhile."""
+    with suppress(IndexError):
+        _timers.pop().cancel()
+    timer = threading.Timer(REST_S, dismiss_idle)
+    timer.daemon = True
+    timer.start()
+    _timers.append(timer)
 
 
 def _identity() -> tuple[str, ...]:

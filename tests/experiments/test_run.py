@@ -418,7 +418,7 @@ def test_dask_on_a_running_cluster(
     conditions: list[Condition], whole: Path, tmp_path: Path
 ) -> None:
     distributed = pytest.importorskip("distributed")
-    given = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    given = {"threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(n_workers=2, **given) as cluster:
         there = functools.partial(by_dask, cluster=Cluster(cluster.scheduler_address))
         run_alone(conditions[:6], tmp_path, workers=1, backend=there)

@@ -5,8 +5,10 @@ import math
 import operator
 import os
 import signal
+import subprocess
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +28,7 @@ distributed = pytest.importorskip("distributed")
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A running scheduler on this machine with one worker of two threads."""
-    given = {"threads_per_worker": 2, "processes": True, "dashboard_address": None}
+    given = {"threads_per_worker": 2, "processes": True, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(n_workers=1, **given) as cluster:
         yield cluster.scheduler_address
 
@@ -40,10 +42,6 @@ def there(address: str) -> Iterator[OnCluster]:
 
 def answers(backend: OnCluster, function: Any, tasks: Any, files: Any = None) -> list[Any]:
     return list(backend.answers(function, tasks, workers=2, files=files or {}))
-
-
-def processes_and_parents(tasks: int) -> list[Any]:
-    return [operator.methodcaller("__call__")] * tasks
 
 
 def test_the_same_particles_give_the_same_files(
@@ -123,25 +121,31 @@ def kill_parent_once(mark: Path) -> str:
     return str(kill_parent(0))
 
 
-def test_a_killed_worker_is_replaced(there: OnCluster, tmp_path: Path) -> None:
-    assert answers(there, kill_parent_once, [tmp_path / "mark"]) == ["done"]
+@pytest.fixture
+def started() -> Iterator[OnCluster]:
+    """A cluster of the test's own, whose workers may be killed."""
+    backend = OnCluster(Cluster())
+    yield backend
+    backend.close()
 
 
-def test_a_task_that_kills_every_worker_is_given_up(there: OnCluster) -> None:
-    with pytest.raises(LostError, match=r"--address tcp://127.* killed, one after another.*kept"):
-        answers(there, kill_parent, [0])
+def test_a_killed_worker_is_replaced(started: OnCluster, tmp_path: Path) -> None:
+    assert answers(started, kill_parent_once, [tmp_path / "mark"]) == ["done"]
 
 
-def test_stopping_early_ends_what_is_under_way(there: OnCluster, tmp_path: Path) -> None:
+def test_a_task_that_kills_every_worker_is_given_up(started: OnCluster) -> None:
+    with pytest.raises(LostError, match=r"--backend dask: .* killed, one after another.*kept"):
+        answers(started, kill_parent, [0])
+
+
+def test_stopping_early_ends_what_is_under_way(there: OnCluster) -> None:
     begun = there.answers(noted_sleep, [0.0, 300.0, 300.0, 300.0], workers=2, files={})
     assert next(begun) == 0.0
     client = there._connected(1)
     assert client.run_on_scheduler(tasks_known) >= 3
     begun.close()  # type: ignore[attr-defined]
-    patient_until = time.monotonic() + 30
-    while client.run_on_scheduler(tasks_known) or any(client.run(tasks_held).values()):
-        assert time.monotonic() < patient_until
-        time.sleep(0.1)
+    until(lambda: not client.run_on_scheduler(tasks_known))
+    until(lambda: not any(client.run(tasks_held).values()))
 
 
 def noted_sleep(seconds: float) -> float:
@@ -185,8 +189,59 @@ def test_another_program_is_refused(there: OnCluster, monkeypatch: pytest.Monkey
             answers(there, abs, [-1])
 
 
-def test_processes_end_with_the_connection(there: OnCluster) -> None:
+def test_processes_end_some_time_after_the_last_task(there: OnCluster) -> None:
+    there._connected(1).run(rest_shortly)
     (pid,) = answers(there, operator.methodcaller("__call__"), [os.getpid])
-    assert Path(f"/proc/{pid}").exists()
-    there.close()
-    assert not Path(f"/proc/{pid}").exists()
+    until(lambda: not Path(f"/proc/{pid}").exists())
+    assert answers(there, abs, [-3]) == [3]
+
+
+def rest_shortly() -> None:
+    on_cluster.REST_S = 0.2
+
+
+def test_the_command_writes_the_same_files(address: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "planner", "futures", "figure1", "-s", "3"]
+    there = ("--backend", "dask", "--address", address)
+    files = []
+    for name, more in (("here", ()), ("there", there)):
+        environment = {**os.environ, "PLANNER_CACHE": str(tmp_path / f"cache of {name}")}
+        words = [*command, *more, "-o", str(tmp_path / name)]
+        done = subprocess.run(words, capture_output=True, text=True, env=environment)
+        assert (done.returncode, done.stderr) == (0, "")
+        files.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
+    assert files[0] == files[1]
+    assert len(files[0]) == 3
+
+
+def test_ctrl_c_ends_the_command_and_its_tasks(address: str, tmp_path: Path) -> None:
+    sizes = ("--set", "search.particles=4000", "--set", 'target.driving="free"')
+    words = ["futures", "berlin", "-v", *sizes, "--backend", "dask", "--address", address]
+    environment = {**os.environ, "PLANNER_CACHE": str(tmp_path)}
+    with subprocess.Popen(
+        [sys.executable, "-m", "planner", *words],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "particles are driven" in line:
+                break
+        with distributed.Client(address, set_as_default=False) as client:
+            until(lambda: client.run_on_scheduler(tasks_known) > 0)
+            process.send_signal(signal.SIGINT)
+            _, told = process.communicate(timeout=60)
+            until(lambda: not client.run_on_scheduler(tasks_known))
+            until(lambda: not any(client.run(tasks_held).values()))
+    assert process.returncode == 130
+    assert told.splitlines()[-1] == "planner: stopped; nothing is half-written"
+    assert "Traceback" not in told
+
+
+def until(true: Callable[[], bool]) -> None:
+    patient_until = time.monotonic() + 30
+    while not true():
+        assert time.monotonic() < patient_until
+        time.sleep(0.05)
