@@ -171,6 +171,28 @@ def _descendants(process: int) -> list[int]:
     return found
 
 
+@contextmanager
+def children_deaf() -> Iterator[None]:
+    """Have processes that are started in the block not hear Ctrl-C before `hear_again`.
+
+    It reaches all that a terminal runs, and would end them with a traceback while they start.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def hear_again() -> None:
+    """Have a process that was started deaf hear Ctrl-C, as it has it handled by now."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
 def start_tracker(tracker: Any) -> None:
     """Start the process that clears semaphores away; without its warning if we are stopped.
 

@@ -22,7 +22,7 @@ from multiprocessing.connection import wait as wait_for
 from planner.experiments.condition import Condition
 from planner.experiments.run_condition import Outcome
 from planner.futures.workers import dismiss
-from planner.interrupts import start_tracker
+from planner.interrupts import children_deaf, hear_again, start_tracker
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +56,8 @@ def _round(
         try:
             while waiting or flying:
                 while waiting and len(flying) <= workers:  # one more, so that none has to wait
-                    flying[pool.submit(run_one, waiting[0])] = waiting[0]
+                    with children_deaf():
+                        flying[pool.submit(run_one, waiting[0])] = waiting[0]
                     del waiting[0]
                 for done in wait(flying, return_when=FIRST_COMPLETED).done:
                     outcome = done.result()
@@ -76,7 +77,9 @@ def _one_at_a_time(run_one: RunCondition, waiting: list[Condition]) -> Iterator[
         with _pool(1) as pool:
             try:
                 while waiting:
-                    outcome = pool.submit(run_one, waiting[0]).result()
+                    with children_deaf():
+                        submitted = pool.submit(run_one, waiting[0])
+                    outcome = submitted.result()
                     yield waiting.pop(0), retried(outcome, tries + 1)
                     tries = 0
             except BrokenProcessPool:
@@ -119,6 +122,7 @@ def _pool(workers: int) -> Iterator[Executor]:
 def _begin(held: Connection) -> None:
     """Leave Ctrl-C to the program alone, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hear_again()
     logging.getLogger("planner").addHandler(logging.NullHandler())
     threading.Thread(target=_end_with_parent, args=(held,), daemon=True).start()
 
