@@ -24,7 +24,7 @@ class Particles(Frozen):
     first_edge: Offsets  # (N + 1,) where a particle's route starts in route_edge
     route_edge: Ints  # (M,) edge indices, one route after the other
     speed_mps: Floats  # (M,) drawn speed on that edge of that route
-    seed: Offsets  # (N,) of SUMO's driver for this particle
+    seed: Offsets  # (N,) from which SUMO's seeds come; see `planner.futures.record`
     gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
     driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
