@@ -7,17 +7,16 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
-from planner.files import written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
+from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -253,16 +252,17 @@ def _offsets(parts: Sequence[Floats] | Sequence[Ints]) -> Offsets:
 
 def _save(path: Path, columns: Mapping[str, Any]) -> None:
     texts = json.dumps({name: columns[name] for name in TEXTS})
-    with written_whole(path) as new, new.open("wb") as file:
-        np.savez(file, texts=np.array(texts), **{name: columns[name] for name in ARRAYS})
+    arrays = {name: columns[name] for name in ARRAYS}
+    write_columns(path, {"texts": np.array(texts), **arrays})
 
 
 def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            said = json.loads(str(kept["texts"]))
-            texts = {k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}
-            return {**texts, **{name: kept[name] for name in ARRAYS}}
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    kept = read_columns(path, ("texts", *ARRAYS))
+    if kept is None:
         return None
+    try:
+        said = json.loads(str(kept.pop("texts")))
+    except ValueError:
+        return None
+    return {**{k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}, **kept}
