@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
 from planner.checked import choice, finite, offsets, same_length, weights
 
 Driving = Literal["constant", "free"]
@@ -65,9 +65,7 @@ class Particles(Frozen):
     def take(self, particles: Offsets | Flags) -> "Particles":
         """Return some particles only, in the order given, weights as they are."""
         index = np.arange(len(self))[particles]
-        counts = np.diff(self.first_edge)[index]
-        first = np.concatenate(([0], np.cumsum(counts)))
-        rows = np.arange(first[-1]) + np.repeat(self.first_edge[index] - first[:-1], counts)
+        rows, first = rows_taken(self.first_edge, index)
         return Particles(
             weight=self.weight[index],
             start_m=self.start_m[index],

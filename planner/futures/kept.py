@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Offsets
+from planner.arrays import Offsets, first_rows
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
@@ -73,7 +73,7 @@ def joined(parts: Sequence[Futures]) -> Futures:
         time_s=np.concatenate([part.time_s for part in parts]),
         x_m=np.concatenate([part.x_m for part in parts]),
         y_m=np.concatenate([part.y_m for part in parts]),
-        first_knot=np.concatenate(([0], np.cumsum(counts))),
+        first_knot=first_rows(counts),
         weight=np.full(len(counts), 1.0 / len(counts)),
         gone=np.zeros(len(counts), dtype=bool),
         edges=EdgesDriven.joined([part.edges for part in parts]),

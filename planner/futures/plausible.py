@@ -11,7 +11,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
 from planner.clock import clock as clock_time
 from planner.errors import InputError
 from planner.futures.edges_driven import NO_EDGE
@@ -76,7 +76,7 @@ def motion_of_samples(samples: Samples) -> Motion:
     return Motion(
         "vehicle",
         samples.names,
-        np.concatenate(([0], np.cumsum(count))),
+        first_rows(count),
         samples.time_s,
         samples.x_m,
         samples.y_m,

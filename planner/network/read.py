@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.network.build import build_net, import_osm
@@ -184,7 +184,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "road_ids": names,
         "road_from": np.array([place[edge.getFromNode()] for edge in edges], dtype=np.int32),
         "road_to": np.array([place[edge.getToNode()] for edge in edges], dtype=np.int32),
-        "first_point": _offsets(shapes),
+        "first_point": first_of_parts(shapes),
         "shape_xy_m": points,
         "edge_ids": names,
         "closed_edge_ids": tuple(
@@ -194,7 +194,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "edge_length_m": lengths_m,
         "edge_limit_mps": np.array([_limit_mps(edge) for edge in edges], dtype=np.float64),
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
-        "first_turn": _offsets(turns),
+        "first_turn": first_of_parts(turns),
         "turn_edge": np.concatenate(turns),
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
@@ -244,10 +244,6 @@ def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags]]:
 
 def _turns_back(links: Sequence[Any]) -> bool:
     return all(link.getDirection() in "tT" for link in links)
-
-
-def _offsets(parts: Sequence[Floats] | Sequence[Ints]) -> Offsets:
-    return np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(np.int64)
 
 
 def _save(path: Path, columns: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_of_parts, freeze
 from planner.cache import cache_folder, is_whole, seal
 from planner.checked import finite, lengths, offsets
 from planner.errors import InputError
@@ -126,21 +126,17 @@ def _read(path: Path, network: RoadNetwork) -> dict[str, Any]:
             "give a .net.xml that netconvert or netedit wrote"
         ) from error
     return {
-        "first_second": _offsets([turn.shows for turn in turns]),
+        "first_second": first_of_parts([turn.shows for turn in turns]),
         "shows": np.concatenate([np.zeros(0, np.uint8), *(turn.shows for turn in turns)]),
         "offset_s": np.array([turn.offset_s for turn in turns], dtype=np.int32),
         "cycle_s": np.array([turn.cycle_s for turn in turns], dtype=np.int32),
         "actuated": np.array([turn.actuated for turn in turns], dtype=bool),
         "minor": np.array([turn.minor for turn in turns], dtype=bool),
-        "first_point": _offsets([line.xy_m for line in lines]),
+        "first_point": first_of_parts([line.xy_m for line in lines]),
         "xy_m": np.concatenate([line.xy_m for line in lines]),
         "length_m": np.array([line.length_m for line in lines], dtype=np.float64),
         "limit_mps": np.array([line.limit_mps for line in lines], dtype=np.float64),
     }
-
-
-def _offsets(parts: Sequence[Any]) -> Offsets:
-    return np.cumsum([0, *map(len, parts)])
 
 
 def _names(network: RoadNetwork) -> Iterator[tuple[str, str]]:
