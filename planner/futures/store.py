@@ -159,7 +159,8 @@ def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
 def made_by(package: Path) -> tuple[str, ...]:
     """Return what identifies the program that draws and records: its source and its libraries."""
     folders = [sorted((package / name).rglob("*.py")) for name in MADE_BY]
-    sources = [*(file for files in folders for file in files), package / "streams.py"]
+    loose = (package / name for name in ("arrays.py", "streams.py"))
+    sources = [*(file for files in folders for file in files), *loose]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources))
     return digest.hexdigest(), *(f"{name} {version_of(name)}" for name in DRAWN_WITH)
 
