@@ -1,5 +1,6 @@
 """Array columns that nobody changes after they are built."""
 
+from collections.abc import Iterable, Sized
 from dataclasses import fields
 from typing import Any
 
@@ -60,3 +61,29 @@ def _refuse_fractions(values: Any, dtype: type[np.generic]) -> None:
         is_real = values.dtype.kind == "f"
         if is_real and not np.all(np.isfinite(values) & (values == np.floor(values))):
             raise ValueError("a number is not whole")
+
+
+# Rows of N owners, one owner's after the other's: `first` says where each one's start, and at its
+# end how many rows there are, (N + 1,).
+
+
+def first_rows(counts: npt.ArrayLike) -> Offsets:
+    """Return where the rows of owners start who have so many each, (N,)."""
+    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+
+
+def first_of_parts(parts: Iterable[Sized]) -> Offsets:
+    """Return where the rows of each part start when all stand one after the other."""
+    return first_rows([len(part) for part in parts])
+
+
+def rows_taken(first: Offsets, owners: Offsets) -> tuple[Offsets, Offsets]:
+    """Return which rows some owners have, in the order given, and where each one's start there."""
+    counts = np.diff(first)[owners]
+    taken = first_rows(counts)
+    return np.arange(taken[-1]) + np.repeat(first[owners] - taken[:-1], counts), taken
+
+
+def first_kept(first: Offsets, kept: Flags) -> Offsets:
+    """Return where each owner's rows start once only some rows are kept."""
+    return first_rows(kept)[first]

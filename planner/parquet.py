@@ -143,10 +143,9 @@ def column(path: Path, table: Any, name: str) -> Any:
     Raises
     ------
     InputError
-        If there is none of that name.
+        If there is none of that name, or more than one.
     """
-    if table.column_names.count(name) > 1:
-        raise InputError(f"{path}: has a column {name!r} twice; leave one out")
+    refuse_twice(path, [one for one in table.column_names if one == name])
     if name not in table.column_names:
         raise InputError(f"{path}: has no column {name!r}; it has {', '.join(table.column_names)}")
     return table[name].combine_chunks()

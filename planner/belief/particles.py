@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
 from planner.checked import choice, finite, offsets, same_length, weights
 
 Driving = Literal["constant", "free"]
@@ -24,7 +24,7 @@ class Particles(Frozen):
     first_edge: Offsets  # (N + 1,) where a particle's route starts in route_edge
     route_edge: Ints  # (M,) edge indices, one route after the other
     speed_mps: Floats  # (M,) drawn speed on that edge of that route
-    seed: Offsets  # (N,) of SUMO's driver for this particle
+    seed: Offsets  # (N,) from which SUMO's seeds come; see `planner.futures.record`
     gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
     driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
@@ -65,9 +65,7 @@ class Particles(Frozen):
     def take(self, particles: Offsets | Flags) -> "Particles":
         """Return some particles only, in the order given, weights as they are."""
         index = np.arange(len(self))[particles]
-        counts = np.diff(self.first_edge)[index]
-        first = np.concatenate(([0], np.cumsum(counts)))
-        rows = np.arange(first[-1]) + np.repeat(self.first_edge[index] - first[:-1], counts)
+        rows, first = rows_taken(self.first_edge, index)
         return Particles(
             weight=self.weight[index],
             start_m=self.start_m[index],

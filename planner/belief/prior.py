@@ -28,9 +28,8 @@ class Prior(Frozen):
     edge_probability: Floats  # (E,) p(r0), sums to one
     distance_m: Distribution | None  # p(d0) along the first edge; None: anywhere on it
     speed_mps: Distribution  # p(v0)
-    turn_probability: (
-        Floats  # (T,) as network.turn_edge; sums to one for each edge with turns, or to 0 at a sink
-    )
+    # (T,) as network.turn_edge; sums to one for each edge with turns, or to 0 at a sink
+    turn_probability: Floats
     speed_per_road: bool  # True: a new speed is drawn on every road
     driving: Driving
     gone: bool  # True: vanishes at its route's end, False: rests there

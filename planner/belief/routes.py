@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, first_kept, first_rows, freeze
 from planner.belief.prior import Prior, in_town
 from planner.belief.uniforms import Columns
 from planner.errors import InputError
@@ -61,8 +61,7 @@ class PossibleTurns(Frozen):
     def of(cls, prior: Prior, network: RoadNetwork) -> "PossibleTurns":
         """Return the turns of a prior without those of probability zero."""
         some = prior.turn_probability > 0
-        before = np.concatenate(([0], np.cumsum(some)))
-        first = before[network.first_turn]
+        first = first_kept(network.first_turn, some)
         probability = prior.turn_probability[some]
         total = np.concatenate(([0.0], np.cumsum(probability)))
         left = np.repeat(np.arange(len(network.edge_ids)), np.diff(first))
@@ -121,7 +120,7 @@ def _one_after_the_other(steps: Sequence[tuple[Offsets, Offsets, Floats]]) -> Ro
     length = np.zeros(len(steps[0][0]), dtype=np.int64)
     for who, _, _ in steps:
         length[who] += 1
-    first = np.concatenate(([0], np.cumsum(length)))
+    first = first_rows(length)
     edges = np.empty(first[-1], dtype=np.int32)
     speeds = np.empty(first[-1])
     for step, (who, edge, speed) in enumerate(steps):
@@ -211,5 +210,5 @@ def _traced_back(levels: Sequence[tuple[Offsets, Offsets]], speed_mps: Floats) -
     edges = np.stack(backwards[::-1], axis=1)  # (N, levels), -1 after a route's end
     driven = edges >= 0
     length = driven.sum(axis=1)
-    first = np.concatenate(([0], np.cumsum(length)))
+    first = first_rows(length)
     return Routes(first, edges[driven], np.repeat(speed_mps, length))

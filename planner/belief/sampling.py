@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
+from planner.arrays import Floats, Ints, Offsets, first_rows
 from planner.belief.distribution import Distribution, Listed, chosen
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior, in_town
@@ -201,7 +201,7 @@ def _joined(parts: Sequence[tuple[Starts, Routes]]) -> tuple[Starts, Routes]:
             np.concatenate([part.speed_mps for part in starts]),
         ),
         Routes(
-            np.concatenate(([0], np.cumsum(lengths))),
+            first_rows(lengths),
             np.concatenate([part.edge for part in routes]),
             np.concatenate([part.speed_mps for part in routes]),
         ),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.arrays import Floats, Ints, first_rows
 from planner.bounds.hops import Hops
 from planner.bounds.kernels.hops import Bins, LegsBefore, known_after, listed, sweep
 from planner.bounds.kernels.prices import REMEMBERED, ArrivalColumns, SightingColumns, by_bin
@@ -38,7 +38,7 @@ def arrivals_of(hops: Hops, nodes: int) -> ArrivalColumns:
     """Return the legs by the node that they lead to, in leg order."""
     ends = hops.to_node[: hops.legs]
     counts = np.bincount(ends, minlength=nodes)
-    return ArrivalColumns(np.concatenate(([0], np.cumsum(counts))), np.argsort(ends, kind="stable"))
+    return ArrivalColumns(first_rows(counts), np.argsort(ends, kind="stable"))
 
 
 def _by_hop(movements: Movements, bins: Bins) -> _ByHop:
@@ -61,7 +61,7 @@ def _by_hop(movements: Movements, bins: Bins) -> _ByHop:
             seen_at[:] = np.inf
             sweep(hops.deflated(hop, half_s), pieces, bins, radius_m - slack_m, seen_at)
             sure[hop] = np.packbits(seen_at < np.inf, axis=1)
-    first = np.concatenate(([0], np.cumsum(counts)))
+    first = first_rows(counts)
     return _ByHop(first, np.concatenate(particles), np.concatenate(rewards), sure)
 
 

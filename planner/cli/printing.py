@@ -39,11 +39,8 @@ def console(file: TextIO | None = None) -> "Console":
                 shown = text if control else "\n".join(map(plain, text.split("\n")))
                 yield Segment(shown, style, control)
 
-    verbatim: dict[str, Any] = {
-        "highlight": False,
-        "markup": False,
-        "emoji": False,
-    }  # names may hold [brackets]
+    # Names may hold [brackets].
+    verbatim: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
     found = Plain(file=file, **verbatim)
     if found.is_terminal or "COLUMNS" in os.environ:
         return found

@@ -26,6 +26,8 @@ from planner.search.methods import Method
 
 log = logging.getLogger(__name__)
 
+LONG_S = 30.0  # what takes longer is announced
+
 
 def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()) -> OpenScenario:
     """Return the scenario that was named, changed by its own options and by further overrides."""
@@ -64,9 +66,6 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
     if path.exists() and not arguments.force:
         raise OutputError(f"{path}: already exists; name another file, or --force to replace it")
     return stack.enter_context(written_whole(path, replace=arguments.force))
-
-
-LONG_S = 30.0  # what takes longer is announced
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Floats, Frozen, Ints, Offsets, first_of_parts, freeze
 from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
@@ -59,7 +59,7 @@ class Legs(Frozen):
             from_node=ends.ravel(),
             to_node=ends[:, ::-1].ravel(),
             duration_s=np.array([times[-1] for times in after]),
-            first_point=np.concatenate(([0], np.cumsum([len(points) for points in turned]))),
+            first_point=first_of_parts(turned),
             x_m=points[:, 0],
             y_m=points[:, 1],
             after_s=np.concatenate(after),

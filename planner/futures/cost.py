@@ -10,8 +10,8 @@ from planner.network.road_network import RoadNetwork
 
 # Seconds of one core of an ordinary server; another one may take twice or half as long.
 #
-# Alone: a target that SUMO's driver drives, for each second of its motion. Targets of 20 minutes
-# took 20 ms on a net of 740 edges and 35 ms on one of 5,749: a line through both.
+# Alone, in a fork: a target that SUMO's driver drives, for each second of its motion. Targets of
+# 20 minutes took 20 ms on a net of 740 edges and 35 ms on one of 5,749: a line through both.
 ALONE_S, ALONE_EDGE_S = 1.48e-5, 2.5e-9
 # A process reads the net once: 0.34 s and 1.2 s on the same two.
 LOAD_S, LOAD_EDGE_S = 0.21, 1.72e-4
@@ -23,7 +23,7 @@ SHARED_S, SHARED_RUN_S = 2.2e-7, 0.01
 class Cost(NamedTuple):
     """What a recording costs."""
 
-    runs: int  # of SUMO
+    runs: int  # of SUMO; a ride in a fork is one
     cpu_s: float  # of one core, for all of them
     load_s: float  # for each process, before its first run
 
@@ -42,7 +42,7 @@ def cost_of(network: RoadNetwork, particles: int, *, driving: Driving, horizon_s
     Parameters
     ----------
     driving
-        As the particles have it: with a driver each has a run of its own.
+        As the particles have it: with a driver each rides alone, which counts as a run.
     horizon_s
         Up to when they are recorded, seconds on the target's clock.
     """

@@ -26,7 +26,7 @@ from planner.network.road_network import RoadNetwork
 
 log = logging.getLogger(__name__)
 
-FASTEST_MPS = 150.0  # who can stop on the way by which routes go on beyond the horizon
+STOPS_MPS = 150.0  # who can stop on the way by which routes go on beyond the horizon
 
 
 class Sibling(NamedTuple):
@@ -113,8 +113,8 @@ def _obstacle(sibling: Sibling, recipe: Drawn) -> str:
         return "ends earlier"
     if recipe.horizon_s % KNOT_EVERY_S != 0.0:
         return f"can be cut at multiples of {as_written(KNOT_EVERY_S)} s only"
-    if recipe.prior.speed_mps.high > FASTEST_MPS:
-        return f"has targets above {as_written(FASTEST_MPS)} m/s, whose drivers look too far ahead"
+    if recipe.prior.speed_mps.high > STOPS_MPS:
+        return f"has targets above {as_written(STOPS_MPS)} m/s, whose drivers look too far ahead"
     if recipe.prior.speed_per_road:  # the fastest on the whole route is SUMO's limit at the start
         return "has speeds by road, whose drivers depend on the horizon"
     return ""

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, freeze, rows_taken
 from planner.checked import finite, offsets, same_length
 from planner.errors import InputError
 
@@ -70,7 +70,7 @@ class EdgesDriven(Frozen):
         before = np.where(np.diff(who, prepend=-1) != 0, NO_EDGE, np.roll(on, 1))
         kept = order[on != before]
         count = np.bincount(np.asarray(particle)[kept], minlength=particles)
-        first = np.concatenate(([0], np.cumsum(count)))
+        first = first_rows(count)
         return cls(first, np.asarray(time_s)[kept], np.asarray(edge)[kept])
 
     @classmethod
@@ -78,7 +78,7 @@ class EdgesDriven(Frozen):
         """Return what is known of several sets of particles, one after the other."""
         counts = np.concatenate([np.diff(part.first_change) for part in parts])
         return cls(
-            np.concatenate(([0], np.cumsum(counts))),
+            first_rows(counts),
             np.concatenate([part.time_s for part in parts]),
             np.concatenate([part.edge for part in parts]),
         )
@@ -123,9 +123,7 @@ class EdgesDriven(Frozen):
     def take(self, particles: Offsets | Flags) -> "EdgesDriven":
         """Return what is known of some particles only, in the order given."""
         index = np.arange(len(self))[particles]
-        counts = np.diff(self.first_change)[index]
-        first = np.concatenate(([0], np.cumsum(counts)))
-        changes = np.arange(first[-1]) + np.repeat(self.first_change[index] - first[:-1], counts)
+        changes, first = rows_taken(self.first_change, index)
         return EdgesDriven(first, self.time_s[changes], self.edge[changes])
 
     def since(self, from_s: Floats) -> "EdgesDriven":

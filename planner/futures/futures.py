@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
 from planner.checked import instance, offsets, same_length, weights
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
@@ -147,9 +147,7 @@ class Futures(Frozen):
     def take(self, particles: Offsets | Flags) -> "Futures":
         """Return the futures of some particles only, in the order given, weights as they are."""
         index = np.arange(len(self))[particles]
-        counts = np.diff(self.first_knot)[index]
-        first = np.concatenate(([0], np.cumsum(counts)))
-        knots = np.arange(first[-1]) + np.repeat(self.first_knot[index] - first[:-1], counts)
+        knots, first = rows_taken(self.first_knot, index)
         return Futures(
             time_s=self.time_s[knots],
             x_m=self.x_m[knots],

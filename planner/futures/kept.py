@@ -1,20 +1,21 @@
 """What is recorded so far, particle by particle, so that an interrupted recording goes on."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
-from planner.arrays import Offsets
+from planner.arrays import Offsets, first_rows
 from planner.errors import InputError
-from planner.files import written_whole
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
+from planner.npz import read_columns, write_columns
 
 KNOTS = ("time_s", "x_m", "y_m", "first_knot")
 CHANGES = ("first_change", "time_s", "edge")
+EDGES = "edges_"  # begins the names of the columns of changes
+COLUMNS = ("particles", *KNOTS, *(EDGES + name for name in CHANGES))
 
 
 class Kept:
@@ -51,10 +52,9 @@ class Kept:
         self._add(particles, part)
         if self._folder is not None:
             columns = {name: getattr(part, name) for name in KNOTS}
-            columns |= {f"edges_{name}": getattr(part.edges, name) for name in CHANGES}
+            columns |= {EDGES + name: getattr(part.edges, name) for name in CHANGES}
             path = self._folder / f"{particles.min()}.npz"
-            with written_whole(path) as new, new.open("wb") as file:
-                np.savez(file, particles=particles, **columns)
+            write_columns(path, {"particles": particles, **columns})
 
     def first(self, count: int) -> Futures:
         """Return the futures of the first so many particles; all weigh the same and stay."""
@@ -73,7 +73,7 @@ def joined(parts: Sequence[Futures]) -> Futures:
         time_s=np.concatenate([part.time_s for part in parts]),
         x_m=np.concatenate([part.x_m for part in parts]),
         y_m=np.concatenate([part.y_m for part in parts]),
-        first_knot=np.concatenate(([0], np.cumsum(counts))),
+        first_knot=first_rows(counts),
         weight=np.full(len(counts), 1.0 / len(counts)),
         gone=np.zeros(len(counts), dtype=bool),
         edges=EdgesDriven.joined([part.edges for part in parts]),
@@ -82,16 +82,25 @@ def joined(parts: Sequence[Futures]) -> Futures:
 
 def _found(folder: Path) -> Iterator[tuple[Offsets, Futures]]:
     for path in sorted(folder.glob("[0-9]*.npz")):
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as columns:
-                yield _part(columns)
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile, InputError):
+        part = _read_part(path)
+        if part is None:
             path.unlink(missing_ok=True)
+        else:
+            yield part
 
 
-def _part(columns: Any) -> tuple[Offsets, Futures]:
+def _read_part(path: Path) -> tuple[Offsets, Futures] | None:
+    """Return some particles and their futures; None where the file is damaged."""
+    columns = read_columns(path, COLUMNS)
+    try:
+        return None if columns is None else _part(columns)
+    except (ValueError, InputError):
+        return None
+
+
+def _part(columns: Mapping[str, Any]) -> tuple[Offsets, Futures]:
     particles = columns["particles"]
-    changes = [columns[f"edges_{name}"] for name in CHANGES]
+    changes = [columns[EDGES + name] for name in CHANGES]
     return particles, Futures(
         **{name: columns[name] for name in KNOTS},
         weight=np.full(len(particles), 1.0 / len(particles)),

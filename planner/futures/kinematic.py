@@ -39,9 +39,8 @@ class Calibration:
     yields_mps: float = 4.5  # at the line where it gives way
     late_s: float = 0.3  # by which it decides later to stop than it should brake
     early_s: float = 0.2  # by which it is off before the sample of the first green second
-    detector_s: float = (
-        1.0  # at the limit, before the line: who is there prolongs an actuated green
-    )
+    # at the limit, before the line: who is there prolongs an actuated green
+    detector_s: float = 1.0
 
 
 # Whoever drives at a constant speed heeds nothing.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, Offsets, first_of_parts, first_rows
 from planner.futures.edges_driven import NO_EDGE, EdgesDriven
 from planner.futures.fcd import SAME_S, Samples
 from planner.futures.futures import Futures
@@ -84,7 +84,7 @@ class DrivenRoutes:
     """The edges each vehicle drives, one flat column, with the pace on each."""
 
     def __init__(self, edges: Sequence[Ints], speeds_mps: Sequence[Floats] | None) -> None:
-        self.first = np.concatenate(([0], np.cumsum([len(route) for route in edges])))
+        self.first = first_of_parts(edges)
         self.edge = np.concatenate(edges)
         self.drawn = speeds_mps is not None
         speed_mps = np.ones(len(self.edge)) if speeds_mps is None else np.concatenate(speeds_mps)
@@ -149,7 +149,7 @@ def futures_of_samples(
         time_s=knots.time_s,
         x_m=knots.xy_m[:, 0],
         y_m=knots.xy_m[:, 1],
-        first_knot=np.concatenate(([0], np.cumsum(count))),
+        first_knot=first_rows(count),
         weight=np.full(len(count), 1.0 / len(count)),
         gone=np.zeros(len(count), dtype=bool),
         edges=EdgesDriven.of_rows(len(count), knots.particle, knots.time_s, knots.edge),

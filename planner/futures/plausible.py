@@ -11,18 +11,18 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.clock import clock as clock_time
+from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
+from planner.clock import clock
 from planner.errors import InputError
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples
 from planner.futures.futures import Futures
 from planner.futures.nearness import Nearness, off_edges
 from planner.network.road_network import RoadNetwork
+from planner.scenario.values import FASTEST_MPS
 
 log = logging.getLogger(__name__)
 
-FASTEST_MPS = 1000.0
 SLOWEST_MPS = 0.1  # that is the most which anyone moves in a file whose seconds are none
 MOVED_M = 100.0  # who moves less may well be as slow as that
 AGREES = 10.0  # times as fast, or as slow, as the file itself says
@@ -37,7 +37,7 @@ LATE = 0.1  # of the horizon: who begins later may have meant another time 0
 GAP, GAP_M = 10.0, 200.0  # times the usual step, and metres moved within it
 
 
-class Clock(NamedTuple):
+class SearchTime(NamedTuple):
     """What is known of the time of a search, on the clock of a file."""
 
     begin_s: float | None  # time 0; None: the file's own
@@ -76,7 +76,7 @@ def motion_of_samples(samples: Samples) -> Motion:
     return Motion(
         "vehicle",
         samples.names,
-        np.concatenate(([0], np.cumsum(count))),
+        first_rows(count),
         samples.time_s,
         samples.x_m,
         samples.y_m,
@@ -93,7 +93,7 @@ def motion_of_futures(futures: Futures, names: Sequence[str]) -> Motion:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd places are refused for what they are
-def check_motion(path: Path, motion: Motion, network: RoadNetwork, clock: Clock) -> None:
+def check_motion(path: Path, motion: Motion, network: RoadNetwork, search: SearchTime) -> None:
     """Refuse motion that cannot be, and say in the log what is odd.
 
     Raises
@@ -108,7 +108,7 @@ def check_motion(path: Path, motion: Motion, network: RoadNetwork, clock: Clock)
     fastest_mps = _refuse_jumps(path, motion)
     _refuse_other_units(path, motion, fastest_mps)
     _refuse_other_edges(path, motion, network, roads)
-    notes += _refuse_other_clock(path, motion, clock)
+    notes += _refuse_other_clock(path, motion, search)
     if motion.speed_mps is not None:
         notes += _gaps(motion)
     for note in notes:
@@ -229,16 +229,13 @@ def _refuse_other_speeds(path: Path, motion: Motion, speed_mps: Floats) -> None:
     moves = (moved_m > 0) & (said_mps > 1.0)
     if not moves.any():
         return
-    seen_mps, told_mps = (
-        float(np.median((moved_m / lasts_s)[moves])),
-        float(np.median(said_mps[moves])),
-    )
-    ratio = float(np.median((moved_m / lasts_s / np.where(moves, said_mps, 1.0))[moves]))
+    seen_mps, said_mps = (moved_m / lasts_s)[moves], said_mps[moves]
+    ratio = float(np.median(seen_mps / said_mps))
     if not 1 / AGREES <= ratio <= AGREES:
         row = int(np.argmax(moves))
         raise InputError(
-            f"{path}: places and times say {seen_mps:.3g} m/s, but the recorded speeds "
-            f"{told_mps:.3g} m/s ({motion.name(row)} goes from {motion.place(row)} to "
+            f"{path}: places and times say {np.median(seen_mps):.3g} m/s, but the recorded speeds "
+            f"{np.median(said_mps):.3g} m/s ({motion.name(row)} goes from {motion.place(row)} to "
             f"{motion.place(row + 1)}); write times in seconds and places in metres of the net"
         )
 
@@ -262,35 +259,35 @@ def _refuse_other_edges(path: Path, motion: Motion, network: RoadNetwork, roads:
         )
 
 
-def _refuse_other_clock(path: Path, motion: Motion, clock: Clock) -> list[str]:
+def _refuse_other_clock(path: Path, motion: Motion, search: SearchTime) -> list[str]:
     """Refuse motion that a search does not meet; return notes where it hardly does."""
-    begin_s = clock.begin_s or 0.0
+    begin_s = search.begin_s or 0.0
     starts_s, ends_s = motion.time_s[motion.first[:-1]], motion.time_s[motion.first[1:] - 1]
     first_s, count = float(starts_s.min()), len(starts_s)
     everyone = f"all {count} {motion.noun}s" if count > 1 else f"the only {motion.noun}"
-    if motion.speed_mps is not None and clock.begin_s is not None and ends_s.max() < begin_s:
+    if motion.speed_mps is not None and search.begin_s is not None and ends_s.max() < begin_s:
         raise InputError(
-            f"{path}: {everyone} ended before --begin {clock_time(begin_s)}, the last at "
-            f"{clock_time(float(ends_s.max()))}; choose an earlier time"
+            f"{path}: {everyone} ended before --begin {clock(begin_s)}, the last at "
+            f"{clock(float(ends_s.max()))}; choose an earlier time"
         )
-    if clock.horizon_s is None:
+    if search.horizon_s is None:
         return []
-    remedy = f"--begin {clock_time(np.floor(first_s))}"
-    late = starts_s > begin_s + clock.horizon_s
+    remedy = f"--begin {clock(np.floor(first_s))}"
+    late = starts_s > begin_s + search.horizon_s
     if late.all():
         raise InputError(
-            f"{path}: {everyone} set out after the horizon of {clock.horizon_s:g} s, the first at "
+            f"{path}: {everyone} set out after the horizon of {search.horizon_s:g} s, the first at "
             f"{first_s:.10g} s; if the search's time 0 is then, say so with {remedy}"
         )
     notes = []
     if late.any():
         notes.append(
             f"{late.sum()} of {count} {motion.noun}s set out after the horizon of "
-            f"{clock.horizon_s:g} s, and count as not found"
+            f"{search.horizon_s:g} s, and count as not found"
         )
-    if clock.begin_s is None and first_s > LATE * clock.horizon_s:
+    if search.begin_s is None and first_s > LATE * search.horizon_s:
         notes.append(
-            f"no {motion.noun} sets out before {clock_time(first_s)}; if the search's time 0 is "
+            f"no {motion.noun} sets out before {clock(first_s)}; if the search's time 0 is "
             f"then, say so with {remedy}"
         )
     return notes

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.arrays import Offsets
 from planner.belief.particles import Particles
+from planner.belief.sampling import LARGEST_SEED
 from planner.checked import number, whole
 from planner.errors import InputError, SumoError
 from planner.futures.fcd import Samples, read_samples
@@ -37,8 +38,6 @@ KNOT_EVERY_S = 300.0  # in towns recordings have knots there, so that they can b
 LEAST_RIDES = 10  # for which it is worth to load a session
 FIRST_NOTED = 250  # particles that a note is made on first; each later one takes twice as many
 TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
-LARGEST_SEED = 2**31 - 1
-
 
 Note = Callable[[Futures], str]
 

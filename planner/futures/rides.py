@@ -26,6 +26,7 @@ from planner.futures.simulation import (
     own_message,
     plain_link,
     step_speed,
+    sumo_options,
 )
 from planner.locks import temporary_folder
 
@@ -94,7 +95,7 @@ def drive_session(session: Session, *, forks: bool = CAN_FORK) -> list[Ride]:
 
 def _in_forks(session: Session, link: Path, order: list[int]) -> Iterator[tuple[int, Ride]]:
     libsumo = import_libsumo()
-    libsumo.start(_options(session, link))
+    libsumo.start(sumo_options(link, seed=session.seed, step_s=session.step_s))
     try:
         _make_type(libsumo, session)
         gc.collect()
@@ -113,7 +114,7 @@ def _in_forks(session: Session, link: Path, order: list[int]) -> Iterator[tuple[
 def _in_fresh_loads(session: Session, link: Path, order: list[int]) -> Iterator[tuple[int, Ride]]:
     libsumo = import_libsumo()
     for k in order:
-        libsumo.start(_options(session, link))
+        libsumo.start(sumo_options(link, seed=session.seed, step_s=session.step_s))
         try:
             _make_type(libsumo, session)
             _step_on(libsumo, session, 0, k)
@@ -128,19 +129,6 @@ def _step_on(libsumo: Any, session: Session, now_s: int, k: int) -> int:
     for _ in range(round((phase_s - now_s) / session.step_s)):
         libsumo.simulationStep()
     return phase_s
-
-
-def _options(session: Session, net: Path) -> list[str]:
-    given = {
-        "net-file": net,
-        "step-length": session.step_s,
-        "seed": session.seed,
-        "time-to-teleport": -1,
-        "collision.action": "none",
-        "no-step-log": "true",
-        "no-warnings": "true",
-    }
-    return ["sumo"] + [f"--{key}={value}" for key, value in given.items()]
 
 
 def _make_type(libsumo: Any, session: Session) -> None:

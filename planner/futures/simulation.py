@@ -6,7 +6,7 @@ That is at constant speed on nets of one lane. Elsewhere each rides alone (`ride
 import os
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,21 +110,31 @@ def import_libsumo() -> Any:
     return libsumo
 
 
-def _options(net: Path, run: Run, work: Path) -> list[str]:
+def sumo_options(
+    net: Path, *, seed: int, step_s: float, more: Mapping[str, object] | None = None
+) -> list[str]:
+    """Return the words that start SUMO on a net, by its link, with more options than the usual."""
     given = {
         "net-file": net,
-        "route-files": work / "routes.xml",
-        "step-length": run.step_s,
-        "seed": run.seed,
-        "fcd-output": work / "fcd.parquet",
-        "fcd-output.attributes": "x,y,speed,lane,pos",
-        "precision": 9,
+        "step-length": step_s,
+        "seed": seed,
         "time-to-teleport": -1,
         "collision.action": "none",
         "no-step-log": "true",
         "no-warnings": "true",
+        **(more or {}),
     }
     return ["sumo"] + [f"--{key}={value}" for key, value in given.items()]
+
+
+def _options(net: Path, run: Run, work: Path) -> list[str]:
+    more = {
+        "route-files": work / "routes.xml",
+        "fcd-output": work / "fcd.parquet",
+        "fcd-output.attributes": "x,y,speed,lane,pos",
+        "precision": 9,
+    }
+    return sumo_options(net, seed=run.seed, step_s=run.step_s, more=more)
 
 
 def _route_file(run: Run) -> Iterator[str]:

@@ -25,7 +25,7 @@ from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
-from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
+from planner.futures.plausible import SearchTime, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
@@ -159,7 +159,8 @@ def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
 def made_by(package: Path) -> tuple[str, ...]:
     """Return what identifies the program that draws and records: its source and its libraries."""
     folders = [sorted((package / name).rglob("*.py")) for name in MADE_BY]
-    sources = [*(file for files in folders for file in files), package / "streams.py"]
+    loose = (package / name for name in ("arrays.py", "streams.py"))
+    sources = [*(file for files in folders for file in files), *loose]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources))
     return digest.hexdigest(), *(f"{name} {version_of(name)}" for name in DRAWN_WITH)
 
@@ -255,15 +256,15 @@ def read_recording(
         that cannot be.
     """
     _refuse_none(path)
-    clock = Clock(begin_s, horizon_s)
+    search = SearchTime(begin_s, horizon_s)
     table = read_table(path, texts=TEXTS) if path.suffix == ".parquet" else None
     if table is not None and "timestep_time" not in table.column_names:
         named = _named(path, table, network)
-        check_motion(path, motion_of_futures(named.futures, named.names), network, clock)
+        check_motion(path, motion_of_futures(named.futures, named.names), network, search)
     else:
         rows = read_rows(path) if table is None else rows_of_table(path, table)
         samples = samples_of_rows(path, rows, network)
-        check_motion(path, motion_of_samples(samples), network, clock)
+        check_motion(path, motion_of_samples(samples), network, search)
         named = _of_samples(path, samples, network, begin_s)
     futures = named.futures if begin_s is None else begun_at(named.futures, begin_s)
     return Recording(path, futures, named.speed_mps, named.route)

@@ -81,11 +81,8 @@ def futures_of_table(
         edge = edge_column(path, table, network)
         driven = EdgesDriven.of_knots(edge, time_s, first_knot)
     else:
-        driven = (
-            EdgesDriven.unknown(len(names))
-            if edges is None
-            else (read_edges_driven(edges, names, network))
-        )
+        unknown = EdgesDriven.unknown(len(names))
+        driven = unknown if edges is None else read_edges_driven(edges, names, network)
     futures = Futures(
         time_s=time_s,
         x_m=numbers(path, table, "x_m"),

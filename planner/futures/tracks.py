@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
+from planner.arrays import Floats, Ints, Offsets, first_kept, first_of_parts
 from planner.checked import finite, number, offsets, same_length
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
@@ -40,11 +40,11 @@ def tracks_of_rides(rides: Sequence[Ride], network: RoadNetwork, *, step_s: floa
     time_s, x_m, y_m = np.concatenate(motion).T
     rows = np.array([row for some in changes for row in some], dtype=np.float64).reshape(-1, 2)
     return Tracks(
-        first_sample=np.cumsum([0, *map(len, motion)]),
+        first_sample=first_of_parts(motion),
         time_s=time_s,
         x_m=x_m,
         y_m=y_m,
-        first_change=np.cumsum([0, *map(len, changes)]),
+        first_change=first_of_parts(changes),
         change_s=rows[:, 0],
         change_edge=rows[:, 1].astype(np.int32),
     )
@@ -109,7 +109,7 @@ def futures_of_tracks(
         time_s=time_s[stays],
         x_m=x_m[stays],
         y_m=y_m[stays],
-        first_knot=np.concatenate(([0], np.cumsum(stays)))[first],
+        first_knot=first_kept(first, stays),
         weight=np.full(count, 1.0 / count),
         gone=np.zeros(count, dtype=bool),
         edges=EdgesDriven(tracks.first_change, tracks.change_s, tracks.change_edge),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, first_kept, first_of_parts
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 
@@ -44,21 +44,19 @@ def after(futures: Futures, from_s: Floats) -> Futures:
 
     For a time of infinity it is never there.
     """
-    first, counts = futures.first_knot[:-1], np.diff(futures.first_knot)
-    particle = np.repeat(np.arange(len(futures)), counts)
+    first, particle = futures.first_knot[:-1], futures.particle
     over = (from_s == np.inf) | (futures.gone & (from_s > futures.end_s))
     passed = np.bincount(particle[futures.time_s <= from_s[particle]], minlength=len(futures))
     cut = ~over & (passed > 0)
     left = _started(futures, (first + passed - 1)[cut], from_s[cut])
     earliest = np.where(cut, first + passed - 1, first)
     kept = (np.arange(len(particle)) >= earliest[particle]) & ~over[particle]
-    still = np.bincount(particle[kept], minlength=len(futures))
     return replace(
         left,
         time_s=left.time_s[kept],
         x_m=left.x_m[kept],
         y_m=left.y_m[kept],
-        first_knot=np.concatenate(([0], np.cumsum(still))),
+        first_knot=first_kept(futures.first_knot, kept),
         edges=futures.edges.since(np.where(over, np.inf, from_s)),
     )
 
@@ -71,18 +69,13 @@ def recorded_until(futures: Futures, until_s: float) -> Futures:
         time_s=futures.time_s[knots],
         x_m=futures.x_m[knots],
         y_m=futures.y_m[knots],
-        first_knot=_first_of(knots, futures.first_knot),
+        first_knot=first_kept(futures.first_knot, knots),
         edges=EdgesDriven(
-            _first_of(changes, futures.edges.first_change),
+            first_kept(futures.edges.first_change, changes),
             futures.edges.time_s[changes],
             futures.edges.edge[changes],
         ),
     )
-
-
-def _first_of(kept: Flags, first: Offsets) -> Offsets:
-    """Return where each particle's rows start once only some are kept."""
-    return np.concatenate(([0], np.cumsum(kept)))[first]
 
 
 def begun_at(futures: Futures, begin_s: float) -> Futures:
@@ -123,12 +116,11 @@ def _until(futures: Futures, k: int, stop_s: float) -> OwnKnots:
 
 def _joined(futures: Futures, parts: Sequence[OwnKnots], gone: Flags) -> Futures:
     time_s, x_m, y_m = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    counts = [len(part.time_s) for part in parts]
     return replace(
         futures,
         time_s=time_s,
         x_m=x_m,
         y_m=y_m,
-        first_knot=np.concatenate(([0], np.cumsum(counts))),
+        first_knot=first_of_parts([part.time_s for part in parts]),
         gone=gone,
     )

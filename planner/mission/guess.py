@@ -14,7 +14,6 @@ from planner.network.signals import Signals, signals_of
 
 log = logging.getLogger(__name__)
 
-
 AT_MINUTES = (5, 10, 20, 30)  # when the reach is told
 SHARE = 0.9  # of the particles that are still there, within the reach
 

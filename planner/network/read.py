@@ -7,17 +7,16 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
-from planner.files import written_whole
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
+from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -185,7 +184,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "road_ids": names,
         "road_from": np.array([place[edge.getFromNode()] for edge in edges], dtype=np.int32),
         "road_to": np.array([place[edge.getToNode()] for edge in edges], dtype=np.int32),
-        "first_point": _offsets(shapes),
+        "first_point": first_of_parts(shapes),
         "shape_xy_m": points,
         "edge_ids": names,
         "closed_edge_ids": tuple(
@@ -195,7 +194,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "edge_length_m": lengths_m,
         "edge_limit_mps": np.array([_limit_mps(edge) for edge in edges], dtype=np.float64),
         "edge_lanes": np.array([len(_car_lanes(edge)) for edge in edges], dtype=np.int32),
-        "first_turn": _offsets(turns),
+        "first_turn": first_of_parts(turns),
         "turn_edge": np.concatenate(turns),
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
@@ -247,22 +246,19 @@ def _turns_back(links: Sequence[Any]) -> bool:
     return all(link.getDirection() in "tT" for link in links)
 
 
-def _offsets(parts: Sequence[Floats] | Sequence[Ints]) -> Offsets:
-    return np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(np.int64)
-
-
 def _save(path: Path, columns: Mapping[str, Any]) -> None:
     texts = json.dumps({name: columns[name] for name in TEXTS})
-    with written_whole(path) as new, new.open("wb") as file:
-        np.savez(file, texts=np.array(texts), **{name: columns[name] for name in ARRAYS})
+    arrays = {name: columns[name] for name in ARRAYS}
+    write_columns(path, {"texts": np.array(texts), **arrays})
 
 
 def _load(path: Path) -> dict[str, Any] | None:
     """Return kept columns, or None where there are none or they were damaged."""
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            said = json.loads(str(kept["texts"]))
-            texts = {k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}
-            return {**texts, **{name: kept[name] for name in ARRAYS}}
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    kept = read_columns(path, ("texts", *ARRAYS))
+    if kept is None:
         return None
+    try:
+        said = json.loads(str(kept.pop("texts")))
+    except ValueError:
+        return None
+    return {**{k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}, **kept}

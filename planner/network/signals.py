@@ -7,17 +7,16 @@ from functools import cache, lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_of_parts, freeze
 from planner.cache import cache_folder, is_whole, seal
 from planner.checked import finite, lengths, offsets
 from planner.errors import InputError
-from planner.files import written_whole
 from planner.network.links import NO_SIGNAL, Lane, NetFile, Program, idle_cycle, read_links
 from planner.network.road_network import RoadNetwork
+from planner.npz import read_columns, write_columns
 
 SIGNALS_VERSION = 1  # goes into the name of kept columns: raise it when their meaning changes
 IN_MEMORY = 8  # networks whose signals a process keeps
@@ -73,6 +72,9 @@ class Signals(Frozen):
             raise InputError("length_m, limit_mps: a lane has no length, or nobody may drive there")
 
 
+COLUMNS = tuple(field.name for field in fields(Signals))
+
+
 def signal_cycle_s(network: RoadNetwork) -> int:
     """Return after how many seconds all signals of a net show the same again.
 
@@ -93,21 +95,12 @@ def signals_of(network: RoadNetwork) -> Signals:
         If its file cannot be read any more, or holds a number that is none.
     """
     kept = cache_folder("nets") / f"{network.sha256[:32]}.signals{SIGNALS_VERSION}.npz"
-    columns = _load(kept) if is_whole(kept) else None
+    columns = read_columns(kept, COLUMNS) if is_whole(kept) else None
     if columns is None or len(columns["minor"]) != len(network.turn_edge):
         columns = _read(network.path, network)
-        with written_whole(kept) as new, new.open("wb") as file:
-            np.savez(file, **columns)
+        write_columns(kept, columns)
         seal(kept)
     return Signals(**columns)
-
-
-def _load(path: Path) -> dict[str, Any] | None:
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            return {field.name: kept[field.name] for field in fields(Signals)}
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
-        return None
 
 
 class _Turn(NamedTuple):
@@ -133,21 +126,17 @@ def _read(path: Path, network: RoadNetwork) -> dict[str, Any]:
             "give a .net.xml that netconvert or netedit wrote"
         ) from error
     return {
-        "first_second": _offsets([turn.shows for turn in turns]),
+        "first_second": first_of_parts([turn.shows for turn in turns]),
         "shows": np.concatenate([np.zeros(0, np.uint8), *(turn.shows for turn in turns)]),
         "offset_s": np.array([turn.offset_s for turn in turns], dtype=np.int32),
         "cycle_s": np.array([turn.cycle_s for turn in turns], dtype=np.int32),
         "actuated": np.array([turn.actuated for turn in turns], dtype=bool),
         "minor": np.array([turn.minor for turn in turns], dtype=bool),
-        "first_point": _offsets([line.xy_m for line in lines]),
+        "first_point": first_of_parts([line.xy_m for line in lines]),
         "xy_m": np.concatenate([line.xy_m for line in lines]),
         "length_m": np.array([line.length_m for line in lines], dtype=np.float64),
         "limit_mps": np.array([line.limit_mps for line in lines], dtype=np.float64),
     }
-
-
-def _offsets(parts: Sequence[Any]) -> Offsets:
-    return np.cumsum([0, *map(len, parts)])
 
 
 def _names(network: RoadNetwork) -> Iterator[tuple[str, str]]:

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.arrays import Floats, Ints, first_of_parts, first_rows
 from planner.detection.evaluate import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
@@ -249,8 +249,8 @@ def _ways_within(legs: Legs, reach_m: float) -> tuple[BeamWays, BeamHops]:
     hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
     leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
     ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
-    first_hop = np.cumsum([0, *(len(near) for near, _, _ in hops)])
-    first_way = np.cumsum([0, *map(len, ways)])
+    first_hop = first_rows([len(near) for near, _, _ in hops])
+    first_way = first_of_parts(ways)
     leg, hop = np.array([way for some in ways for way in some], dtype=np.int32).reshape(-1, 2).T
     bearing, offset = (np.concatenate(part) for part in list(zip(*hops, strict=True))[1:])
     away_m = np.hypot(offset[:, 0], offset[:, 1])

@@ -6,7 +6,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
 from planner.checked import indices
 from planner.detection.first_detection import columns
 from planner.detection.objective import Objective
@@ -64,7 +64,7 @@ class Sightings:
         counts = np.bincount(self.flight[kept], minlength=len(self.leg))
         return replace(
             self,
-            first=np.concatenate(([0], np.cumsum(counts))),
+            first=first_rows(counts),
             particle=self.particle[kept],
             seen_at=self.seen_at[kept],
         )

@@ -251,6 +251,7 @@ def test_the_net_and_the_program_are_in_the_key(
     assert {"net_sha256", "sumo_version", "scenario", "tolerance_m"} <= set(described)
     known = {made_by(store.PACKAGE)}
     for file in (
+        "arrays.py",
         "belief/sampling.py",
         "futures/kernels/thinning.py",
         "network/road_network.py",

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.futures.kernels.motion import Lines, Place, Trace, drive
+from planner.futures.kernels.motion import Lines, Moment, Place, Trace, drive
 from planner.jit import compiled
 
 CRAWL_MPS = 0.1  # the least speed of a car that moves
@@ -28,13 +28,6 @@ class Stretch(NamedTuple):
     to_m: float  # along the line
     even_mps: float  # the greatest speed on the way
     exit_mps: float  # the greatest speed there
-
-
-class Moment(NamedTuple):
-    """When a car is somewhere, and how fast."""
-
-    time_s: float
-    speed_mps: float
 
 
 class Stop(NamedTuple):
@@ -67,14 +60,15 @@ def drive_line(
     brakes_m = min(max(peak_mps * peak_mps - exit2, 0.0) / (2.0 * b), rest_m)
     gains_m = min((peak_mps * peak_mps - now2) / (2.0 * a), rest_m - brakes_m)
     if gains_m > 0.0:
-        place, time_s = drive(trace, lines, place, place.at_m + gains_m, (time_s, speed_mps, a))
+        place, time_s = drive(trace, lines, place, place.at_m + gains_m, moment, a)
         speed_mps = np.sqrt(now2 + 2.0 * a * gains_m)
     if rest_m - gains_m - brakes_m > 0.0:
         to_m = stretch.to_m - brakes_m
-        place, time_s = drive(trace, lines, place, to_m, (time_s, speed_mps, 0.0))
+        place, time_s = drive(trace, lines, place, to_m, Moment(time_s, speed_mps), 0.0)
     if brakes_m > 0.0:
         accel = (exit2 - speed_mps * speed_mps) / (2.0 * brakes_m)
-        place, time_s = drive(trace, lines, place, stretch.to_m, (time_s, speed_mps, accel))
+        begins = Moment(time_s, speed_mps)
+        place, time_s = drive(trace, lines, place, stretch.to_m, begins, accel)
         speed_mps = stretch.exit_mps
     return place, Moment(time_s, speed_mps)
 

@@ -12,7 +12,6 @@ from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.futures.kernels.driver import (
     CRAWL_MPS,
     Driver,
-    Moment,
     Stop,
     Stretch,
     drive_line,
@@ -26,6 +25,7 @@ from planner.futures.kernels.motion import (
     Changes,
     Knots,
     Lines,
+    Moment,
     Place,
     Trace,
     changes_for,
@@ -207,7 +207,7 @@ def drive_to_signal(
     if brakes_s > 0.0:
         decel = speed_mps * speed_mps / (2.0 * rest_m)
         to_m = place.at_m + brakes_s * (speed_mps - 0.5 * decel * brakes_s)
-        place, time_s = drive(trace, lines, place, to_m, (time_s, speed_mps, -decel))
+        place, time_s = drive(trace, lines, place, to_m, moment, -decel)
         speed_mps = max(speed_mps - decel * brakes_s, 0.0)
     return drive_line(trace, lines, driver, place, onward, Moment(time_s, speed_mps))
 

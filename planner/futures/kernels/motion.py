@@ -28,6 +28,13 @@ class Place(NamedTuple):
     at_m: float  # along the line
 
 
+class Moment(NamedTuple):
+    """When a car is somewhere, and how fast."""
+
+    time_s: float
+    speed_mps: float
+
+
 class Trace(NamedTuple):
     """Where a car comes by; room for one car, used again for the next."""
 
@@ -126,17 +133,11 @@ def after_s(speed_mps: float, accel: float, metres: float) -> float:
 
 @compiled
 def drive(
-    trace: Trace, lines: Lines, place: Place, to_m: float, motion: tuple[float, float, float]
+    trace: Trace, lines: Lines, place: Place, to_m: float, moment: Moment, accel: float
 ) -> tuple[Place, float]:
-    """Drive on along a line at an even acceleration; return where that ends, and when.
-
-    Parameters
-    ----------
-    motion
-        When it begins, at which speed, and the acceleration.
-    """
+    """Drive on along a line at an even acceleration, m/s2; return where that ends, and when."""
     point, from_m = place
-    time_s, speed_mps, accel = motion
+    time_s, speed_mps = moment
     lasts_s = after_s(speed_mps, accel, to_m - from_m)
     pieces = 1
     if accel != 0.0:
