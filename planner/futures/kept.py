@@ -82,15 +82,20 @@ def joined(parts: Sequence[Futures]) -> Futures:
 
 def _found(folder: Path) -> Iterator[tuple[Offsets, Futures]]:
     for path in sorted(folder.glob("*.npz")):
-        try:
-            columns = read_columns(path, COLUMNS)
-            part = None if columns is None else _part(columns)
-        except (ValueError, InputError):
-            part = None
+        part = _read_part(path)
         if part is None:
             path.unlink(missing_ok=True)
         else:
             yield part
+
+
+def _read_part(path: Path) -> tuple[Offsets, Futures] | None:
+    """Return some particles and their futures; None where the file is damaged."""
+    columns = read_columns(path, COLUMNS)
+    try:
+        return None if columns is None else _part(columns)
+    except (ValueError, InputError):
+        return None
 
 
 def _part(columns: Mapping[str, Any]) -> tuple[Offsets, Futures]:
