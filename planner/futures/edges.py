@@ -78,7 +78,7 @@ def read_edges_driven(path: Path, names: Sequence[str], network: RoadNetwork) ->
     said = texts(path, table, "particle")
     particle = np.array([*(number.get(name, -1) for name in said.values), -1])[said.code]
     time_s, edge = seconds_column(path, table, "time_s"), edge_column(path, table, network)
-    _refuse_nobody(path, said)
+    refuse_nobody(path, said)
     own = np.flatnonzero(particle >= 0)
     try:
         return EdgesDriven.of_rows(len(names), particle[own], time_s[own], edge[own])
@@ -86,7 +86,14 @@ def read_edges_driven(path: Path, names: Sequence[str], network: RoadNetwork) ->
         raise InputError(f"{path}: {error}") from error
 
 
-def _refuse_nobody(path: Path, names: Coded) -> None:
+def refuse_nobody(path: Path, names: Coded) -> None:
+    """Refuse a column of particles in which one has no name.
+
+    Raises
+    ------
+    InputError
+        With its row.
+    """
     nobody = names.code < 0
     if nobody.any():
         row = int(np.argmax(nobody))

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.errors import InputError
-from planner.futures.edges import edge_column, read_edges_driven
+from planner.futures.edges import edge_column, read_edges_driven, refuse_nobody
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
@@ -165,8 +165,7 @@ def _rows_of(path: Path, table: Any, knots: Path, names: tuple[str, ...]) -> Off
     """Return which row of the particles is that of each name, (N,)."""
     ids = texts(path, table, "particle")
     said = ids.code.tolist()
-    if -1 in said:
-        raise InputError(f"{path}: column 'particle' holds no name (null) in row {said.index(-1)}")
+    refuse_nobody(path, ids)
     if len(ids.values) < len(said):
         twice = ids.values[int(np.argmax(np.bincount(ids.code)))]
         raise InputError(f"{path}: particle {twice} has two rows; leave one of them out")
