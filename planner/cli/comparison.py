@@ -15,6 +15,7 @@ from planner.cli.session import (
     opened_scenario,
     output_file,
     planning_recorded,
+    tell_belief,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.detection.evaluate import evaluate
@@ -44,6 +45,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     with ExitStack() as stack:
         new = output_file(stack, arguments)
         opened = opened_scenario(arguments, overrides)
+        tell_belief(arguments)
         recording = planning_recorded(arguments, opened)
         targets = _Targets(recording, evaluation_recorded(arguments, opened))
         tried = _tried(arguments, opened, targets)
