@@ -269,9 +269,15 @@ def read_recording(
     return Recording(path, futures, named.speed_mps, named.route)
 
 
+WHENCE = (
+    "correct the path, or write one with `sumo --fcd-output FILE`, or with "
+    "`planner futures SCENARIO -o DIR`"
+)
+
+
 def _refuse_none(path: Path) -> None:
     if not path.is_file():
-        raise InputError(f"{path}: no such file; `planner futures SCENARIO -o DIR` writes one")
+        raise InputError(f"{path}: no such file; {WHENCE}")
 
 
 def _named(path: Path, table: Any, network: RoadNetwork) -> NamedFutures:

@@ -1,8 +1,9 @@
-"""The run.json of a plan on a user's own futures stands for these, not for the scenario's belief."""
+"""The run.json of a plan on a user's own futures stands for these, not for the belief."""
 
 from pathlib import Path
 
 import pytest
+
 from support.command_line import Commands
 
 FORTY = ("--set", "search.particles=40", "--set", "search.sampling=iid")
@@ -59,4 +60,4 @@ def test_targets_go_unused_where_vehicles_are_kept_out(run: Commands, tmp_path: 
     given = tmp_path / "given"
     assert run("futures", "figure3", "-o", given).code == 0
     told = run("plan", "figure3", *METHOD, "--futures", given / "futures.parquet")
-    assert "--targets 20: goes unused; the plan is evaluated on the 20 vehicles kept out" in told.err
+    assert "--targets 20: goes unused; the plan is evaluated on the 20 vehicles" in told.err
