@@ -12,7 +12,7 @@ from planner.cli.arguments import scenario_overrides
 from planner.cli.progress import progress_bar
 from planner.clock import rough
 from planner.errors import InputError, OutputError
-from planner.files import alone_in, results_written_whole, written_whole
+from planner.files import alone_at, alone_in, results_written_whole, written_whole
 from planner.futures.cost import cost_of
 from planner.futures.futures import Futures
 from planner.futures.record import Note
@@ -107,6 +107,7 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
         return None
     if path.exists() and not arguments.force:
         raise OutputError(f"{path}: already exists; name another file, or --force to replace it")
+    stack.enter_context(alone_at(path))
     return stack.enter_context(written_whole(path, replace=arguments.force))
 
 
