@@ -167,15 +167,20 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
         title,
         (
             Column("method", left=True),
-            *(Column(_by(by_s)) for by_s in deadlines if by_s is not None),
-            Column("expected\ndetection", rank=1 if deadlines else 0),
-            Column("95 %\ninterval", rank=2),
-            Column("found", rank=3),
-            Column("before\ngoal", rank=7),
-            Column("in\nsample", rank=4),
+            *(
+                column
+                for by_s in deadlines
+                if by_s is not None
+                for column in (Column(_by(by_s)), Column("95 %\ninterval", rank=1))
+            ),
+            Column("expected\ndetection", rank=2 if deadlines else 0),
+            Column("95 %\ninterval", rank=3),
+            Column("found", rank=4),
+            Column("before\ngoal", rank=8),
+            Column("in\nsample", rank=5),
             *([Column("gap", rank=1)] if with_gap else []),
-            Column("roads", rank=6),
-            Column("planning\ntook", rank=5),
+            Column("roads", rank=7),
+            Column("planning\ntook", rank=6),
         ),
     )
     for row in rows:
@@ -209,9 +214,8 @@ def flights_table(evaluation: Evaluation) -> "Table":
 
 def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
-    by_s = evaluated.objective.by_s
     return [
-        *([] if by_s is None else [percent(evaluated.found_by_probability(by_s))]),
+        *_by_cells(evaluated),
         _seconds(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
         percent(evaluated.detection_probability),
@@ -220,6 +224,16 @@ def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str
         *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",
         "-" if row.took_s is None else _short(row.took_s),
+    ]
+
+
+def _by_cells(evaluated: Evaluation) -> list[str]:
+    by_s = evaluated.objective.by_s
+    if by_s is None:
+        return []
+    return [
+        percent(evaluated.found_by_probability(by_s)),
+        _shares(evaluated.found_by_interval(by_s)),
     ]
 
 
