@@ -27,6 +27,7 @@ from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import Clock, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
+from planner.futures.speed_units import in_mps
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
 from planner.interrupts import undone_if_stopped
@@ -262,7 +263,7 @@ def read_recording(
         check_motion(path, motion_of_futures(named.futures, named.names), network, clock)
     else:
         rows = read_rows(path) if table is None else rows_of_table(path, table)
-        samples = samples_of_rows(path, rows, network)
+        samples = in_mps(path, samples_of_rows(path, rows, network))
         check_motion(path, motion_of_samples(samples), network, clock)
         named = _of_samples(path, samples, network, begin_s)
     futures = named.futures if begin_s is None else begun_at(named.futures, begin_s)
