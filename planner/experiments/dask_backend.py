@@ -44,7 +44,7 @@ def by_dask(
         dask: Any = importlib.import_module("dask.distributed")
     except ImportError as error:
         raise InputError(
-            "--backend dask: is not installed; pip install 'sumo-search-planner[dask]'"
+            "--backend dask: is not installed; pip install 'sumo-search-planner[cluster]'"
         ) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
