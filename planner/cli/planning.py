@@ -79,6 +79,11 @@ class _Found(_Planned):
     trial: Trial = field(kw_only=True)
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
 
+    @property
+    def row(self) -> tables.MethodRow:
+        """Its row in a table."""
+        return replace(tables.row_of(self.trial), fresh=self.fresh)
+
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Plan a search, evaluate it on fresh targets, and write the run."""
@@ -210,7 +215,7 @@ def _planned(
 def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
     problem, trial, certificate = found.problem, found.trial, found.certificate
     title = f"{opened.scenario.name}: {trial.method}"
-    row = tables.row_of(trial)
+    row = found.row
     run_files.write_run(folder, problem, trial.plan, content, row, title=title)
     if certificate is not None:
         summary = certificate_file.certificate_content(problem, certificate)
@@ -233,7 +238,7 @@ def _blocks(
     trial, certificate = found.trial, found.certificate
     if not shown:
         yield flight_table(trial.plan, opened)
-    yield tables.plan_table(tables.row_of(trial), found.fresh)
+    yield tables.plan_table(found.row)
     hint = sentences.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
     if hint and same_belief and not own:

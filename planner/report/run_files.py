@@ -42,7 +42,7 @@ def write_run(
     write_overlay(folder / OVERLAY, plan, problem.network)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
-        f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
+        f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,
     }
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
 

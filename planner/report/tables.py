@@ -45,6 +45,7 @@ class MethodRow:
     took_s: float | None = None  # wall-clock time of planning
     why_not: str = ""
     bound: float | None = None  # that no plan of its class can pass on the futures planned with
+    fresh: Fresh = FRESH  # what the targets are that it is evaluated on
 
     @property
     def gap(self) -> float | None:
@@ -59,7 +60,7 @@ def row_of(trial: Trial) -> MethodRow:
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
-def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
+def plan_table(row: MethodRow) -> FittingTable:
     """Return what a plan achieves on its own futures and on targets that it was not made from."""
     assert row.planned is not None
     assert row.evaluated is not None
@@ -69,7 +70,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
         (
             Column("", left=True, wraps=True),
             Column(f"{len(row.planned.weight):,} futures\nplanned with", rank=2),
-            Column(f"{len(row.evaluated.weight):,}\n{fresh.name}"),
+            Column(f"{len(row.evaluated.weight):,}\n{row.fresh.name}"),
             Column("95 %\ninterval", rank=1),
         ),
     )
@@ -87,7 +88,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
     for name, cells, interval in lines:
         kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
-    if fresh.alike and by_s is None:
+    if row.fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
         table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
     return table

@@ -93,7 +93,7 @@ def test_figures_stay_whole_in_any_window(width: int, monkeypatch: pytest.Monkey
 
 
 def test_other_targets_are_named_and_not_compared(printed: Callable[[object], str]) -> None:
-    text = printed(plan_table(ROW, OTHERS))
+    text = printed(plan_table(replace(ROW, fresh=OTHERS)))
     assert "of the belief" in text
     assert "planned minus fresh" not in text
 
