@@ -58,7 +58,9 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     summary = {"methods": [run_files.compare_cells(row) for row in rows]}
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
     table = tables.compare_table(rows, title)
-    print_result(arguments, summary, [table, *sentences.reasons(rows), *bounds.reasons])
+    written = [f"written to {arguments.output}"] if arguments.output else []
+    said = [table, *sentences.reasons(rows), *bounds.reasons, *written]
+    print_result(arguments, summary, said)
     return 0
 
 
