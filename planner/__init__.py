@@ -15,9 +15,23 @@ report       tables, pictures, files
 paper        evidence for the article
 
 The public names are listed in ``__init__.pyi``. Each is loaded when it is first used, as some of
-them take a second.
+them take a second; so is their list, as the command line needs none of them.
 """
 
-import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+def __getattr__(name):
+    _attach()
+    return globals()["__all__"] if name == "__all__" else globals()["__getattr__"](name)
+
+
+def __dir__():
+    _attach()
+    return globals()["__dir__"]()
+
+
+def _attach():
+    """Put the functions that know the public names in the place of those above."""
+    import lazy_loader
+
+    attached = lazy_loader.attach_stub(__name__, __file__)
+    globals().update(zip(("__getattr__", "__dir__", "__all__"), attached, strict=True))

@@ -9,7 +9,14 @@ from typing import Any
 
 from planner.errors import OutputError
 from planner.interrupts import undone_if_stopped
-from planner.locks import is_at, locked, swept, temporary_file, temporary_folder
+from planner.locks import (
+    is_at,
+    locked,
+    sole_writer,
+    swept,
+    temporary_file,
+    temporary_folder,
+)
 
 RECORD = "run.json"  # of a run's making; without it no folder is taken for a run
 
@@ -30,8 +37,7 @@ def written_whole(path: Path, *, replace: bool = True) -> Iterator[Path]:
         or is there and may not be replaced.
     """
     with _output_errors(path):
-        if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is not a file that can be replaced; choose another name")
+        _refuse_device(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         swept(path.parent)
         with temporary_file(path.parent, path.name) as temporary:
@@ -42,6 +48,30 @@ def written_whole(path: Path, *, replace: bool = True) -> Iterator[Path]:
                 temporary.replace(path)
             else:
                 _move_new(temporary, path)
+
+
+@contextmanager
+def alone_at(path: Path) -> Iterator[None]:
+    """Keep other commands from writing a file, as `alone_in` does for a folder.
+
+    Raises
+    ------
+    OutputError
+        If another command is about to write it, or its folder cannot be written.
+    """
+    with _output_errors(path):
+        _refuse_device(path)
+        with _made(path.parent), sole_writer(path) as is_alone:
+            if not is_alone:
+                raise OutputError(
+                    f"{path}: another command is writing it; wait for its end, or name another file"
+                )
+            yield
+
+
+def _refuse_device(path: Path) -> None:
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path}: is not a file that can be replaced; choose another name")
 
 
 def _move_new(temporary: Path, path: Path) -> None:

@@ -16,6 +16,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
+from hashlib import sha256
 from pathlib import Path
 
 from planner.interrupts import at_stop, undone_if_stopped
@@ -28,6 +29,7 @@ log = logging.getLogger(__name__)
 NAME = re.compile(r"\.?planner-(?P<host>[0-9a-f]{8})-[0-9a-f]{12}")
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL
 LONGEST = 32  # characters of an ending, as names have an end
+SWEEPING_S = 0.05  # for which a sweep may hold a lock that nobody needs
 FOREIGN_S = 86400.0  # after which what another computer left is taken for left behind
 
 
@@ -62,6 +64,33 @@ def held(folder: Path) -> Iterator[None]:
                 yield
                 return
             # The other process has removed its folder meanwhile.
+        finally:
+            os.close(descriptor)
+
+
+@contextmanager
+def sole_writer(path: Path) -> Iterator[bool]:
+    """Give whether no other process of this computer is about to write a file; it need not exist.
+
+    Meanwhile a hidden file lies beside it, whose name is made from its own.
+    """
+    lock = path.parent / f".planner-{_host()}-{sha256(os.fsencode(path.name)).hexdigest()[:12]}"
+    while True:
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            if locked(descriptor) is False:
+                time.sleep(SWEEPING_S)
+                if locked(descriptor) is False:
+                    yield False
+                    return
+            if is_at(lock, descriptor):
+                with undone_if_stopped(partial(_remove, lock)):
+                    try:
+                        yield True
+                    finally:
+                        _remove(lock)
+                return
+            # The other process has written its file meanwhile.
         finally:
             os.close(descriptor)
 

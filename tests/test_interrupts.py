@@ -1,6 +1,7 @@
 """Ctrl-C while a search is under way."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -174,3 +175,34 @@ def test_ctrl_c_in_the_midst_of_an_import() -> None:
     assert time.monotonic() - begun < 3
     assert (process.returncode, err) == (130, "planner: stopped; nothing is half-written\n")
     assert not folder.exists()
+
+
+STARTING = """
+import sys, time
+from planner.__main__ import main
+class Slow:
+    def find_spec(self, name, *_):
+        if name == "planner.cli":
+            print(*sorted(sys.modules), flush=True)
+            time.sleep(60)
+sys.meta_path.insert(0, Slow())
+main()
+"""
+
+
+def test_ctrl_c_before_the_command_line_is_loaded() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-S", "-c", STARTING],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heard,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+    )
+    assert process.stdout is not None
+    loaded = process.stdout.readline().split()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert (process.returncode, err) == (130, "")
+    # What is not part of Python's own start would be loaded while nobody hears Ctrl-C.
+    assert not {"logging", "argparse", "re", "pathlib", "lazy_loader"} & set(loaded)

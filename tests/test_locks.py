@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planner.errors import OutputError
-from planner.files import alone_in, written_whole
+from planner.files import alone_at, alone_in, written_whole
 from planner.locks import sweep, temporary_file, temporary_folder
 
 DIES = """
@@ -71,3 +71,37 @@ def test_a_file_that_came_meanwhile_stays(tmp_path: Path) -> None:
         late()
     assert file.read_text(encoding="utf-8") == "sooner"
     assert [*tmp_path.iterdir()] == [file]
+
+
+def test_a_second_command_is_refused_a_file(tmp_path: Path) -> None:
+    """Also where neither would have to replace one."""
+    file = tmp_path / "new" / "table.csv"
+    with alone_at(file):
+        with pytest.raises(OutputError, match="another command is writing it"), alone_at(file):
+            pass
+        sweep(file.parent)  # which is no end of the lock
+        with pytest.raises(OutputError, match="another command is writing it"), alone_at(file):
+            pass
+        with alone_at(file.with_name("other.csv")), written_whole(file) as new:
+            new.write_text("whole", encoding="utf-8")
+    with alone_at(file), alone_in(file.parent):
+        pass
+    assert [*file.parent.iterdir()] == [file]
+
+
+DIES_ALONE = """
+import os, sys
+from pathlib import Path
+from planner.files import alone_at
+with alone_at(Path(sys.argv[1])):
+    os._exit(9)
+"""
+
+
+def test_a_lock_that_a_dead_process_left_is_nobody_s(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    subprocess.run([sys.executable, "-c", DIES_ALONE, str(file)], check=False)
+    assert len([*tmp_path.iterdir()]) == 1
+    with alone_at(file):
+        pass
+    assert not [*tmp_path.iterdir()]

@@ -80,4 +80,4 @@ def test_nothing_is_loaded_before_it_is_used() -> None:
 
 
 def test_all_names_load_together() -> None:
-    assert python("import planner; print('loaded')", EAGER_IMPORT="1") == "loaded"
+    assert python("import planner; dir(planner); print('loaded')", EAGER_IMPORT="1") == "loaded"

@@ -160,13 +160,15 @@ def span(text: str) -> float:
 
 
 def share(text: str) -> float:
-    """Return a finite number of at least 0."""
+    """Return a number from 0 to 1."""
     try:
         number = float(text)
     except ValueError:
         number = -1.0
-    if not 0.0 <= number < float("inf"):
-        raise argparse.ArgumentTypeError(f"should be a share from 0 on, such as 0.1, not {text!r}")
+    if not 0.0 <= number <= 1.0:
+        percent = 1.0 < number <= 100.0
+        remedy = f"give {number / 100:g} for {number:g} %" if percent else "such as 0.1 for 10 %"
+        raise argparse.ArgumentTypeError(f"should be a share from 0 to 1, not {text!r}; {remedy}")
     return number
 
 

@@ -15,6 +15,7 @@ from planner.cli.session import (
     opened_scenario,
     output_file,
     planning_recorded,
+    tell_belief,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.detection.evaluate import evaluate
@@ -44,6 +45,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     with ExitStack() as stack:
         new = output_file(stack, arguments)
         opened = opened_scenario(arguments, overrides)
+        tell_belief(arguments)
         recording = planning_recorded(arguments, opened)
         targets = _Targets(recording, evaluation_recorded(arguments, opened))
         tried = _tried(arguments, opened, targets)
@@ -56,7 +58,9 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     summary = {"methods": [run_files.compare_cells(row) for row in rows]}
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
     table = tables.compare_table(rows, title)
-    print_result(arguments, summary, [table, *sentences.reasons(rows), *bounds.reasons])
+    written = [f"written to {arguments.output}"] if arguments.output else []
+    said = [table, *sentences.reasons(rows), *bounds.reasons, *written]
+    print_result(arguments, summary, said)
     return 0
 
 

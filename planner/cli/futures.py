@@ -36,12 +36,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record the particles' futures and print how many there are."""
-    from planner.cli.session import opened_scenario, output_folder, planning_recorded
+    from planner.cli.session import opened_scenario, output_folder, planning_recorded, tell_belief
     from planner.futures.store import FILES, KNOTS
 
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
         opened = opened_scenario(arguments)
+        tell_belief(arguments)
         _tell_guess(opened)
         recording = planning_recorded(arguments, opened)
         stored = recording.path
@@ -61,6 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
     if error is not None:
         summary["clock"] = error.as_json()
         lines.append(str(error))
+    if arguments.output is not None:
+        lines.append(f"written to {arguments.output}")
     print_result(arguments, summary, lines)
     return 0
 

@@ -1,6 +1,7 @@
 """The work of `planner plan`: record, plan, certify if a gap is asked for, evaluate, write."""
 
 import argparse
+import logging
 import math
 import sys
 import time
@@ -17,10 +18,12 @@ from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.session import (
     evaluation_recorded,
+    futures_of_run,
     holdout_recorded,
     opened_scenario,
     output_folder,
     planning_recorded,
+    tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.errors import InputError, NotApplicableError
@@ -29,6 +32,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
+from planner.messages import counted
 from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
@@ -44,6 +48,8 @@ from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
 from planner.search.stop import AnyOf, Asked, Elapsed
 
+log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True, eq=False)
 class _Targets:
@@ -53,6 +59,7 @@ class _Targets:
     holdout: Futures | None = None
     kept_out: Recording | None = None  # to evaluate on; None: fresh ones, driven for the plan
     are: tables.Fresh = tables.FRESH  # what those are that it is evaluated on
+    own: OwnFutures | None = None  # whence they are; None: from the belief
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +78,11 @@ class _Found(_Planned):
 
     trial: Trial = field(kw_only=True)
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
+
+    @property
+    def row(self) -> tables.MethodRow:
+        """Its row in a table."""
+        return replace(tables.row_of(self.trial), fresh=self.fresh)
 
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
@@ -92,7 +104,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         if folder is not None:
             _write(folder, opened, found, content)
             watch.lap("files")
-            record = _provenance(arguments, opened, content, targets.planning, watch)
+            record = _provenance(arguments, opened, content, targets, watch)
             record["planning"] = _planning_record(found.trial)
             record["targets"] = _targets_record(targets, found.trial)
             write_json(folder / run_folder.PROVENANCE, record)
@@ -102,13 +114,15 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             found.problem, found.certificate
         )
     summary["directory"] = arguments.output and str(arguments.output)
-    print_result(arguments, summary, _blocks(arguments, opened, found, shown=preview.is_shown))
+    blocks = _blocks(arguments, opened, found, own=targets.own is not None, shown=preview.is_shown)
+    print_result(arguments, summary, blocks)
     return 0
 
 
 def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method) -> _Targets:
     """Return the targets to plan with, and to choose between plans with."""
-    if arguments.futures is None:
+    own = _own_futures(arguments)
+    if own is None:
         planning = planning_recorded(arguments, opened)
         begins = partial(
             show_first_plan, arguments=arguments, opened=opened, futures=planning.futures
@@ -119,9 +133,27 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
             'greedy.particles: "anew" draws from the belief at every step, which --futures '
             'takes the place of; use "once"'
         )
-    own = read_split(OwnFutures(arguments.futures, arguments.begin), opened)
-    are = tables.OTHERS if own.kept_out is None else tables.KEPT_OUT
-    return _Targets(own.planning, kept_out=own.kept_out, are=are)
+    split = read_split(own, opened)
+    if split.kept_out is None:
+        return _Targets(split.planning, are=tables.OTHERS, own=own)
+    if arguments.targets is not None:
+        log.warning(
+            "--targets %d: goes unused; the plan is evaluated on the %s kept out of %s",
+            arguments.targets,
+            counted(len(split.kept_out.futures), "vehicle"),
+            own.path.name,
+        )
+    return _Targets(split.planning, kept_out=split.kept_out, are=tables.KEPT_OUT, own=own)
+
+
+def _own_futures(arguments: argparse.Namespace) -> OwnFutures | None:
+    """Return the futures that take the place of the belief; None if the belief holds."""
+    if arguments.futures is not None:
+        return OwnFutures(arguments.futures, arguments.begin)
+    own = futures_of_run(arguments)
+    if own is not None:
+        tell_own(arguments, own)
+    return own
 
 
 def _evaluated(
@@ -183,7 +215,7 @@ def _planned(
 def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
     problem, trial, certificate = found.problem, found.trial, found.certificate
     title = f"{opened.scenario.name}: {trial.method}"
-    row = tables.row_of(trial)
+    row = found.row
     run_files.write_run(folder, problem, trial.plan, content, row, title=title)
     if certificate is not None:
         summary = certificate_file.certificate_content(problem, certificate)
@@ -192,26 +224,28 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
 
 
 def _blocks(
-    arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, shown: bool
+    arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, own: bool, shown: bool
 ) -> Iterator[Any]:
     """Yield the tables and sentences to print.
 
     Parameters
     ----------
+    own
+        Whether the plan is for futures that take the place of the belief.
     shown
         Whether the flight has been shown already.
     """
     trial, certificate = found.trial, found.certificate
     if not shown:
         yield flight_table(trial.plan, opened)
-    yield tables.plan_table(tables.row_of(trial), found.fresh)
+    yield tables.plan_table(found.row)
     hint = sentences.particles_hint(trial.planned, trial.evaluated)
     same_belief = opened.scenario.truth == opened.scenario.target
-    if hint and same_belief and not arguments.futures:
+    if hint and same_belief and not own:
         yield hint
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
-    if arguments.futures is not None:
+    if own:
         yield sentences.own_futures_line(found.fresh, len(trial.evaluated.weight))
     if certificate is not None:
         yield sentences.certificate_line(certificate, found.problem.objective.by_s)
@@ -272,7 +306,7 @@ def _provenance(
     arguments: argparse.Namespace,
     opened: OpenScenario,
     content: dict[str, Any],
-    recording: Recording,
+    targets: _Targets,
     watch: _Watch,
 ) -> dict[str, Any]:
     scenario = opened.scenario
@@ -280,13 +314,13 @@ def _provenance(
         [Path(sys.argv[0]).name, *sys.argv[1:]],
         scenario.as_dict(),
         seed=scenario.search.seed,
-        sha256=run_folder.hashes(opened, content, recording),
+        sha256=run_folder.hashes(opened, content, targets.planning),
         started=watch.started,
         took_s=watch.took_s,
     )
     made_by |= opened.network.credit
     record = made_by | paths_in_record("scenario_path", scenario.path, arguments.output)
-    if arguments.futures is None:
+    if targets.own is None:
         return record
-    own = paths_in_record(OWN_FUTURES, arguments.futures, arguments.output)
-    return record | own | {OWN_BEGIN: arguments.begin}
+    own = paths_in_record(OWN_FUTURES, targets.own.path, arguments.output)
+    return record | own | {OWN_BEGIN: targets.own.begin_s}

@@ -14,6 +14,7 @@ from planner.messages import plain
 if TYPE_CHECKING:
     from rich.console import Console
 
+SHORT = 10  # characters of a number that inexact sums have missed, where it is as short as that
 PLAIN_WIDTH = 120  # characters, where there is no terminal to ask
 
 
@@ -52,11 +53,24 @@ def print_result(
 ) -> None:
     """Print the result of a command: with --json its summary, else tables and sentences."""
     if arguments.json:
-        print_json(summary)
+        print_json(_without_noise(summary))
         return
     out = console()
     for block in blocks:
         out.print(block)
+
+
+def _without_noise(content: Any) -> Any:
+    """Return plain data in which 419.9999999999999 is 420; other numbers keep all digits.
+
+    They are those that files hold.
+    """
+    if isinstance(content, float):
+        near = round(float(f"{content:.14g}"), 14)
+        return near if len(repr(near)) <= SHORT else content
+    if isinstance(content, Mapping):
+        return {key: _without_noise(value) for key, value in content.items()}
+    return [*map(_without_noise, content)] if isinstance(content, list | tuple) else content
 
 
 def print_json(content: Any) -> None:
@@ -68,4 +82,7 @@ def print_json(content: Any) -> None:
 def summary_lines(summary: Mapping[str, Any]) -> list[str]:
     """Return a line for each entry, with the values aligned."""
     width = max(map(len, summary))
-    return [f"{key:{width}}  {value}" for key, value in summary.items()]
+    shown = {
+        key: f"{value:.6g}" if isinstance(value, float) else value for key, value in summary.items()
+    }
+    return [f"{key:{width}}  {value}" for key, value in shown.items()]

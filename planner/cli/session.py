@@ -12,15 +12,17 @@ from planner.cli.arguments import scenario_overrides
 from planner.cli.backends import backend_of, recorder_of
 from planner.cli.progress import progress_bar
 from planner.clock import rough
-from planner.errors import OutputError
-from planner.files import alone_in, results_written_whole, written_whole
+from planner.errors import InputError, OutputError
+from planner.files import alone_at, alone_in, results_written_whole, written_whole
 from planner.futures.cost import cost_of
 from planner.futures.futures import Futures
 from planner.futures.record import Note
 from planner.futures.store import Recording
 from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.mission.own_futures import OwnFutures
 from planner.mission.recorder import Recorder, needs_holdout
+from planner.mission.run_folder import PROVENANCE, own_futures
 from planner.progress import Progress, silent
 from planner.search.methods import Method
 
@@ -34,6 +36,49 @@ def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()
     backend_of(arguments)  # at fault, it is said before a net is read
     overrides = [*scenario_overrides(arguments), *overrides]
     return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
+
+
+def futures_of_run(arguments: argparse.Namespace) -> OwnFutures | None:
+    """Return the futures that the run was planned on whose run.json is the scenario.
+
+    None if it is another scenario, or the run was planned on its belief.
+
+    Raises
+    ------
+    InputError
+        If their file is gone.
+    """
+    record = Path(arguments.scenario)
+    if record.name != PROVENANCE or not record.is_file():
+        return None
+    own = own_futures(record.parent)
+    if own is not None and not own.path.is_file():
+        raise InputError(
+            f"{record}: the run was planned on {own.path}, which is gone; put it back, or name "
+            "the scenario in place of the run"
+        )
+    return own
+
+
+def tell_belief(arguments: argparse.Namespace) -> None:
+    """Say that a command draws from the belief, where the scenario is a run on other futures."""
+    own = futures_of_run(arguments)
+    if own is not None:
+        log.warning(
+            "%s: the run was planned on %s; this command draws from its scenario's belief",
+            arguments.scenario,
+            own.path,
+        )
+
+
+def tell_own(arguments: argparse.Namespace, own: OwnFutures) -> None:
+    """Say that the futures of a run stand in the place of its scenario's belief."""
+    log.warning(
+        "%s: takes the futures that the run was planned on, %s; name the scenario in place of "
+        "the run to draw from its belief",
+        arguments.scenario,
+        own.path,
+    )
 
 
 def new_files(stack: ExitStack, folder: Path, names: Iterable[str], *, force: bool) -> Path:
@@ -65,6 +110,7 @@ def output_file(stack: ExitStack, arguments: argparse.Namespace) -> Path | None:
         return None
     if path.exists() and not arguments.force:
         raise OutputError(f"{path}: already exists; name another file, or --force to replace it")
+    stack.enter_context(alone_at(path))
     return stack.enter_context(written_whole(path, replace=arguments.force))
 
 

@@ -2,10 +2,15 @@
 
 import argparse
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
 from planner.cli.arguments import add_scenario, moment, path
 from planner.cli.printing import print_result
 from planner.errors import InputError
+
+if TYPE_CHECKING:
+    from planner.futures.store import Recording
+    from planner.mission.opening import OpenScenario
 
 SUMMARY = "show where the target may be at a given time"
 DETAILS = ""
@@ -33,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print where the target may be at a time, the most likely roads first."""
-    from planner.cli.session import opened_scenario, output_folder, planning_recorded
+    from planner.cli.session import opened_scenario, output_folder
     from planner.futures.state_at import by_road, state_at
     from planner.report import where
 
@@ -41,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
         folder = output_folder(stack, arguments, where.FILES)
         opened = opened_scenario(arguments)
         _check_time(arguments.at, opened.scenario.search.horizon_s)
-        recording = planning_recorded(arguments, opened)
+        recording = _recorded(arguments, opened)
         state = state_at(recording.futures, opened.network, arguments.at)
         roads = by_road(state, opened.network)
         if folder is not None:
@@ -53,8 +58,21 @@ def run(arguments: argparse.Namespace) -> int:
         "roads": [vars(road) for road in roads],
     }
     table = where.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
-    print_result(arguments, summary, [table])
+    written = [f"written to {arguments.output}"] if arguments.output else []
+    print_result(arguments, summary, [table, *written])
     return 0
+
+
+def _recorded(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recording":
+    """Return the particles of the belief; of a run on other futures, those it was planned on."""
+    from planner.cli.session import futures_of_run, planning_recorded, tell_own
+    from planner.mission.own_futures import read_split
+
+    own = futures_of_run(arguments)
+    if own is None:
+        return planning_recorded(arguments, opened)
+    tell_own(arguments, own)
+    return read_split(own, opened).planning
 
 
 def _check_time(time_s: float, horizon_s: float) -> None:

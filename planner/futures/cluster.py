@@ -36,7 +36,7 @@ class Cluster:
     def __post_init__(self) -> None:
         if importlib.util.find_spec("distributed") is None:
             raise InputError(
-                "--backend dask: is not installed; pip install 'sumo-search-planner[dask]'"
+                "--backend dask: is not installed; pip install 'sumo-search-planner[cluster]'"
             )
         if self.address is not None and not self.insecure and not _is_safe(self.address):
             raise InputError(

@@ -160,7 +160,10 @@ def _refuse_elsewhere(path: Path, motion: Motion, roads: Nearness) -> list[str]:
         near = roads.near(motion.x_m, motion.y_m)
     said = f"{near.sum()} of {len(near)} are within about {roads.near_m:,.0f} m of a road"
     if 2 * near.sum() < len(near):
-        remedy = "give the net that they were recorded on, and metres of its frame"
+        remedy = (
+            "give the net that they were recorded on, and metres of its frame, as SUMO writes "
+            "without --fcd-output.geo and --fcd-output.utm"
+        )
         _refuse_frame(path, motion, roads, f"{said}; {remedy}")
     row = int(np.argmin(near))
     return [

@@ -27,6 +27,7 @@ from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import SearchTime, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
+from planner.futures.speed_units import in_mps
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
 from planner.interrupts import undone_if_stopped
@@ -263,16 +264,22 @@ def read_recording(
         check_motion(path, motion_of_futures(named.futures, named.names), network, search)
     else:
         rows = read_rows(path) if table is None else rows_of_table(path, table)
-        samples = samples_of_rows(path, rows, network)
+        samples = in_mps(path, samples_of_rows(path, rows, network))
         check_motion(path, motion_of_samples(samples), network, search)
         named = _of_samples(path, samples, network, begin_s)
     futures = named.futures if begin_s is None else begun_at(named.futures, begin_s)
     return Recording(path, futures, named.speed_mps, named.route)
 
 
+WHENCE = (
+    "correct the path, or write one with `sumo --fcd-output FILE`, or with "
+    "`planner futures SCENARIO -o DIR`"
+)
+
+
 def _refuse_none(path: Path) -> None:
     if not path.is_file():
-        raise InputError(f"{path}: no such file; `planner futures SCENARIO -o DIR` writes one")
+        raise InputError(f"{path}: no such file; {WHENCE}")
 
 
 def _named(path: Path, table: Any, network: RoadNetwork) -> NamedFutures:

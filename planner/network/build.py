@@ -11,6 +11,7 @@ from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError, OutputError
 from planner.files import written_whole
 from planner.guard import opened, xml_elements
+from planner.network.names import refuse_unusable_names
 from planner.network.sumo import netconvert, plain_names, sumo_version
 
 log = logging.getLogger(__name__)
@@ -35,6 +36,7 @@ TOWN = (
     "--remove-edges.isolated",
     "--output.street-names",
 )
+WITH_NAMES = ("--node-files", "--edge-files")
 # netconvert writes when and from which files it made a net; without that, the same sources give
 # the same bytes.
 MADE_AT = re.compile(rb"\A(<\?xml[^>]*\?>\s*)<!-- generated on .*?-->\s*", re.DOTALL)
@@ -96,7 +98,13 @@ def _build(sources: Mapping[str, Path], options: Sequence[str], folder: Path) ->
         with written_whole(net) as new:
             given = [f"{option}={links[path]}" for option, path in sources.items()]
             made = next(iter(links.values())).parent / "made.net.xml"
-            netconvert([*given, *options, f"--output-file={made}"], subject=subject, links=links)
+            try:
+                netconvert(
+                    [*given, *options, f"--output-file={made}"], subject=subject, links=links
+                )
+            except InputError:
+                refuse_unusable_names([p for o, p in sources.items() if o in WITH_NAMES])
+                raise
             if not made.read_bytes().rstrip().endswith(b"</net>"):
                 raise OutputError(f"{subject}: netconvert wrote half a net; is the disk full?")
             content = MADE_AT.sub(rb"\1", made.read_bytes(), count=1)

@@ -1,6 +1,6 @@
 """Detection curves: the probability of having found the target, against time."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from planner.search.problem import Problem
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+MOST_OF_ALL = 0.995  # of the sightings, after which a curve is taken to have ended
+ROOM = 1.15  # of that time
 LINES: tuple[dict[str, Any], ...] = (
     {"color": UAV_COLOUR, "linestyle": (0, (4, 1.5)), "linewidth": 1.6},
     {"color": TARGET_COLOUR, "linestyle": "-", "linewidth": 2.0},
@@ -22,24 +24,49 @@ LINES: tuple[dict[str, Any], ...] = (
 )
 
 
+def shown_until_s(problem: Problem, evaluations: Iterable[Evaluation]) -> float:
+    """Return when the curves have as good as ended, with some room; at the latest the horizon."""
+    ends_s = [problem.objective.by_s or 0.0, problem.uav.take_off_s]
+    for evaluation in evaluations:
+        times_s, probability = evaluation.curve()
+        if len(times_s):
+            enough = np.searchsorted(probability, MOST_OF_ALL * probability[-1])
+            ends_s.append(float(times_s[min(int(enough), len(times_s) - 1)]))
+    until_s = ROOM * max(ends_s)
+    return until_s if problem.uav.take_off_s < until_s < problem.horizon_s else problem.horizon_s
+
+
 def draw_curves(
-    axes: "Axes", problem: Problem, plan: Plan, evaluations: Mapping[str, Evaluation]
+    axes: "Axes",
+    problem: Problem,
+    plan: Plan,
+    evaluations: Mapping[str, Evaluation],
+    until_s: float,
 ) -> None:
-    """Draw a detection curve per evaluation, the horizon, and when targets reach their goal."""
+    """Draw a detection curve per evaluation, the horizon, and when targets reach their goal.
+
+    Parameters
+    ----------
+    until_s
+        Where the axis of times ends.
+    """
     from matplotlib.ticker import PercentFormatter
 
-    unit, unit_s = time_unit(problem.horizon_s)
+    unit, unit_s = time_unit(until_s)
     start_s = min(0.0, problem.uav.take_off_s)
     for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
-    _draw_arrivals(axes, list(evaluations.values())[-1], unit_s)
-    axes.axvline(problem.horizon_s / unit_s, color="black", linewidth=1.2, label="horizon")
+    _draw_arrivals(axes, list(evaluations.values())[-1], until_s, unit_s)
+    label = "horizon"
+    if until_s < problem.horizon_s:
+        label = f"horizon: {problem.horizon_s / unit_s:,.0f} {unit}, farther right"
+    axes.axvline(problem.horizon_s / unit_s, color="black", linewidth=1.2, label=label)
     if problem.objective.by_s is not None:
         line_style: Any = {"color": "#cc79a7", "linewidth": 1.6, "linestyle": "--"}
         axes.axvline(problem.objective.by_s / unit_s, label="deadline", **line_style)
-    _draw_time_strip(axes, problem, plan, unit_s)
+    _draw_time_strip(axes, problem, plan, until_s, unit_s)
     axes.set(
-        xlim=(start_s / unit_s, problem.horizon_s / unit_s),
+        xlim=(start_s / unit_s, until_s / unit_s),
         ylim=(-0.06, 1.03),
         xlabel=f"time ({unit})",
     )
@@ -48,15 +75,12 @@ def draw_curves(
     axes.grid(color="#e8e8e8", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors="#444444", length=3)
-    _put_legend(axes, evaluations)
+    _put_legend(axes, evaluations, until_s)
 
 
-def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation]) -> None:
+def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation], until_s: float) -> None:
     """Put the legend into the corner that the curves leave free, above the strip of times."""
-    early = [
-        float(e.weight @ (e.seen_at <= 0.4 * e.objective.horizon_s)) > 0.35
-        for e in evaluations.values()
-    ]
+    early = [float(e.weight @ (e.seen_at <= 0.4 * until_s)) > 0.35 for e in evaluations.values()]
     if all(early):
         axes.legend(loc="lower right", bbox_to_anchor=(0.985, 0.05), framealpha=0.95)
     else:
@@ -83,22 +107,24 @@ def _draw_curve(
     )
 
 
-def _draw_arrivals(axes: "Axes", evaluation: Evaluation, unit_s: float) -> None:
-    """Shade the times at which targets reach their goal, if they do so within the horizon."""
+def _draw_arrivals(axes: "Axes", evaluation: Evaluation, until_s: float, unit_s: float) -> None:
+    """Shade the times at which targets reach their goal, if they do so within what is shown."""
     ends_s = evaluation.end_s[np.isfinite(evaluation.end_s) & (evaluation.weight > 0)]
-    if len(ends_s) and ends_s.min() < evaluation.objective.horizon_s:
-        first, last = float(ends_s.min()), min(float(ends_s.max()), evaluation.objective.horizon_s)
+    if len(ends_s) and ends_s.min() < until_s:
+        first, last = float(ends_s.min()), min(float(ends_s.max()), until_s)
         label = "targets reach their goal"
         axes.axvspan(first / unit_s, last / unit_s, color="#f0e442", alpha=0.25, lw=0, label=label)
 
 
-def _draw_time_strip(axes: "Axes", problem: Problem, plan: Plan, unit_s: float) -> None:
+def _draw_time_strip(
+    axes: "Axes", problem: Problem, plan: Plan, until_s: float, unit_s: float
+) -> None:
     """Draw under the curves the colours that times have on the map."""
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s, problem.horizon_s)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s, until_s)
     if last_s > first_s:
         times_s = np.linspace(first_s, last_s, 128)
         axes.imshow(
-            time_colours(times_s, problem, plan)[np.newaxis],
+            time_colours(times_s, problem, plan, until_s)[np.newaxis],
             extent=(first_s / unit_s, last_s / unit_s, -0.06, -0.025),
             aspect="auto",
             zorder=2,

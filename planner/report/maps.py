@@ -18,12 +18,14 @@ if TYPE_CHECKING:
 
 NET_COLOUR = "#c8c8c8"
 TARGET_COLOUR = "#0072b2"
-FOUND_COLOUR = "#d9d9d9"
+FOUND_COLOUR = "#808080"  # darker than roads
 UAV_COLOUR = "#d55e00"
 WAY_COLOUR = "#555555"
 FLIGHT_MAP = "viridis"
 CELLS = 64  # across a map, when targets close to each other are drawn as one disc
 NUMBER_PLACES = (0.5, 0.32, 0.68, 0.2, 0.8)  # along a road, tried in this order
+MAP_POINTS = 392.0  # width of the map with numbers on paper
+GLYPH, LINE, PADS = 0.65, 1.25, 0.6  # a label's width per character, height per line, and padding
 PER_LINE = 3  # numbers on one line of a label
 
 
@@ -151,14 +153,19 @@ def draw_flight(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floa
         _arrow(axes, view, piece, colour)
 
 
-def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floats) -> None:
-    """Write on each road flown its place in the order; numbers without room share a label."""
+def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Floats) -> bool:
+    """Write on each road flown its place in the order; numbers without room share a label.
+
+    Where even these would cover each other, the later ones are left out; return whether all are
+    there.
+    """
     flown = [(piece, colour) for piece, colour in zip(flight, colours, strict=True) if piece.order]
     size = 8.5 if len(flown) <= 30 else 6.5
     labels: list[_Label] = []
     for piece, colour in flown:
         _put_number(labels, piece, colour, apart_m=view.size_m * size / 240)
-    for label in labels:
+    shown = _apart(labels, size * view.size_m / MAP_POINTS)
+    for label in shown:
         x, y = view.place(label.xy_m).tolist()
         shape = "circle,pad=0.22" if len(label.numbers) == 1 else "round,pad=0.25"
         axes.text(
@@ -173,6 +180,7 @@ def draw_order(axes: "Axes", view: View, flight: Sequence[Piece], colours: Float
             bbox={"boxstyle": shape, "fc": "white", "ec": label.colour, "lw": 1.3},
             clip_on=True,
         )
+    return len(shown) == len(labels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +194,30 @@ class _Label:
     def text(self) -> str:
         lines = (self.numbers[i : i + PER_LINE] for i in range(0, len(self.numbers), PER_LINE))
         return "\n".join(", ".join(map(str, line)) for line in lines)
+
+    @property
+    def half_ems(self) -> Floats:
+        """Half of its width and height, (2,), in sizes of its letters."""
+        lines = self.text.split("\n")
+        wide, high = GLYPH * max(map(len, lines)), LINE * len(lines)
+        return (np.array([wide, high]) + PADS) / 2
+
+
+def _apart(labels: Sequence[_Label], em_m: float) -> list[_Label]:
+    """Return labels that do not cover each other, those first that bear the first numbers.
+
+    Parameters
+    ----------
+    em_m
+        The size of their letters, in metres of the map.
+    """
+    kept: list[_Label] = []
+    for label in sorted(labels, key=lambda label: label.numbers):
+        half = label.half_ems * em_m
+        away = (np.abs(label.xy_m - one.xy_m) - half - one.half_ems * em_m for one in kept)
+        if all((gap >= 0.0).any() for gap in away):
+            kept.append(label)
+    return kept
 
 
 def _put_number(labels: list[_Label], piece: Piece, colour: Floats, *, apart_m: float) -> None:
@@ -230,10 +262,16 @@ def _arrow(axes: "Axes", view: View, piece: Piece, colour: Floats | str) -> None
     )
 
 
-def time_colours(times_s: Floats, problem: Problem, plan: Plan) -> Floats:
-    """Return the colour that each time of the flight has, (..., 4) red, green, blue, opacity."""
+def time_colours(times_s: Floats, problem: Problem, plan: Plan, until_s: float) -> Floats:
+    """Return the colour that each time of the flight has, (..., 4) red, green, blue, opacity.
+
+    Parameters
+    ----------
+    until_s
+        From when on all have the last one.
+    """
     from matplotlib import colormaps
 
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s, problem.horizon_s)
-    share = (times_s - first_s) / max(last_s - first_s, 1e-9)
+    first_s, last_s = flight_span(plan, problem.uav.take_off_s, until_s)
+    share = np.clip((times_s - first_s) / max(last_s - first_s, 1e-9), 0.0, 1.0)
     return np.asarray(colormaps[FLIGHT_MAP](0.88 * share))  # its last yellow is lost on white

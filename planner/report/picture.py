@@ -22,9 +22,9 @@ from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
 from planner.messages import plain
 from planner.network.road_network import RoadNetwork
-from planner.report.curves import draw_curves
+from planner.report.curves import draw_curves, shown_until_s
 from planner.report.fonts import font_families
-from planner.report.formats import length, time_unit
+from planner.report.formats import length
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -90,13 +90,18 @@ def plan_picture(
     seen_at = next(iter(evaluations.values())).seen_at
     attribution = problem.network.attribution
     with _figure(path, (12.8, 6.9), title, attribution) as figure:
-        _draw_plan(_axes(figure, 0.65, 0.6, 5.45, 5.45), problem, plan)
+        until_s = shown_until_s(problem, evaluations.values())
+        _draw_plan(_axes(figure, 0.65, 0.6, 5.45, 5.45), problem, plan, until_s)
         curves = _axes(figure, 6.9, 2.75, 5.75, 3.3)
-        draw_curves(curves, problem, plan, evaluations)
-        for moment, time_s in enumerate(_moments(problem, seen_at)):
+        draw_curves(curves, problem, plan, evaluations, until_s)
+        moments = moments_s(problem, seen_at)
+        unit, unit_s = ("s", 1.0) if any(t % 60.0 for t in moments) else ("min", 60.0)
+        for moment, time_s in enumerate(moments):
             axes = _axes(figure, 6.9 + 1.458 * moment, 0.25, 1.375, 1.375)
-            _draw_moment(axes, problem, plan, seen_at, time_s)
-        note = "targets: not found yet (blue), found (grey); UAV: triangle"
+            share = _draw_moment(axes, problem, plan, seen_at, time_s)
+            label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
+            axes.set_title(label, size=9.0, pad=3.5)
+        note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
         figure.text(6.9 / 12.8, 1.97 / figure.get_figheight(), note, size=9.5)
 
 
@@ -218,23 +223,27 @@ def _colour_roads(
     key.yaxis.set_major_formatter(PercentFormatter(1.0))
 
 
-def _draw_plan(axes: "Axes", problem: Problem, plan: Plan) -> None:
+def _draw_plan(axes: "Axes", problem: Problem, plan: Plan, until_s: float) -> None:
     view = View.of(problem.network)
     parts = pieces(plan) if plan.follows_roads else segments(plan)
-    flight = [piece for piece in parts if piece.start_s < problem.horizon_s][:MOST_PIECES]
-    colours = time_colours(np.array([p.start_s + p.end_s for p in flight]) / 2, problem, plan)
+    flight = [piece for piece in parts if piece.start_s < until_s][:MOST_PIECES]
+    middle_s = np.array([p.start_s + p.end_s for p in flight]) / 2
+    colours = time_colours(middle_s, problem, plan, until_s)
     draw_net(axes, problem.network, view, width=1.4)
     draw_flight(axes, view, flight, colours)
-    draw_order(axes, view, flight, colours)
+    numbered = draw_order(axes, view, flight, colours)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)
     view.frame(axes, numbered=True)
-    axes.set_title(_flight_note(problem, plan, view), loc="left")
+    note = _flight_note(problem, view) + ("" if numbered else " numbers where there is room;")
+    more = any(until_s <= piece.start_s < problem.horizon_s for piece in parts)
+    axes.set_title(f"{note}\n{_key(plan, until_s if more else None)}", loc="left")
 
 
 def _draw_moment(
     axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, time_s: float
-) -> None:
+) -> float:
+    """Draw where the targets and the UAV are at a time; return which share is found by then."""
     view, futures = View.of(problem.network), problem.futures
     draw_net(axes, problem.network, view, width=0.7)
     xy_m, found = futures.positions(time_s), seen_at <= time_s
@@ -244,9 +253,7 @@ def _draw_moment(
     for track in plan.tracks:
         _mark_uav(axes, view, track, time_s, size=7.0)
     view.frame(axes, numbered=False)
-    unit, unit_s = time_unit(problem.horizon_s)
-    share = float(futures.weight[found].sum())
-    axes.set_title(f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found", size=9.0, pad=3.5)
+    return float(futures.weight[found].sum())
 
 
 def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: float) -> None:
@@ -262,17 +269,21 @@ def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: fl
     axes.plot(x, y, "^", ms=size, mfc=face, mec=UAV_COLOUR, mew=1.6, zorder=7, clip_on=False)
 
 
-def _moments(problem: Problem, seen_at: Floats) -> list[float]:
-    """Return times from take-off until nine tenths of the sightings are made, evenly apart."""
-    _, unit_s = time_unit(problem.horizon_s)
+def moments_s(problem: Problem, seen_at: Floats) -> list[float]:
+    """Return times from take-off until nine tenths of the sightings are made, evenly apart.
+
+    They are whole minutes where these are as far apart, else whole seconds; none stands there
+    twice.
+    """
     first_s = problem.uav.take_off_s
     seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
     last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
     times_s = np.linspace(first_s, max(first_s, last_s), MOMENTS)
-    return [float(t) for t in np.ceil(times_s / unit_s) * unit_s]
+    unit_s = 60.0 if times_s[1] - times_s[0] >= 60.0 else 1.0
+    return list(dict.fromkeys(float(t) for t in np.ceil(times_s / unit_s) * unit_s))
 
 
-def _flight_note(problem: Problem, plan: Plan, view: View) -> str:
+def _flight_note(problem: Problem, view: View) -> str:
     uav, roads = problem.uav, problem.network.shape_xy_m
     start = np.array([uav.x_m, uav.y_m])
     where = "from the triangle"
@@ -280,7 +291,13 @@ def _flight_note(problem: Problem, plan: Plan, view: View) -> str:
         offset = start - roads[np.argmin(np.linalg.norm(roads - start, axis=1))]
         side = COMPASS[round(np.degrees(np.arctan2(offset[0], offset[1])) / 45) % 8]
         where = f"{length(float(np.hypot(*offset)))} {side} of the net"
-    key = "roads in the order flown, coloured by time as under the curves"
-    if not any(plan.legs):
-        key = "the line is coloured by time as under the curves; it waits at its end"
-    return f"UAV takes off at {clock(uav.take_off_s)}, {where};\n{key}"
+    return f"UAV takes off at {clock(uav.take_off_s)}, {where};"
+
+
+def _key(plan: Plan, until_s: float | None) -> str:
+    """Return what the lines of a flight mean, and until when they are drawn if not to the end."""
+    until = "" if until_s is None else f" until {clock(until_s)}"
+    if any(plan.legs):
+        return f"roads in the order flown{until}, coloured by time as under the curves"
+    end = "; it waits at its end" if until_s is None else f", drawn{until}"
+    return f"the line is coloured by time as under the curves{end}"

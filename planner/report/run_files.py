@@ -42,7 +42,7 @@ def write_run(
     write_overlay(folder / OVERLAY, plan, problem.network)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
-        f"{len(row.evaluated.weight):,} fresh targets": row.evaluated,
+        f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,
     }
     plan_picture(folder / PICTURE, problem, plan, evaluations=curves, title=title)
 
@@ -127,9 +127,13 @@ def compare_cells(row: MethodRow) -> dict[str, Any]:
         return {"method": row.method, "why_not": row.why_not}
     summary = figures(row.evaluated)
     low_s, high_s = summary.pop("ci95_s")
+    by_s = row.evaluated.objective.by_s
+    low, high = (None, None) if by_s is None else row.evaluated.found_by_interval(by_s)
+    deadline = {} if by_s is None else {"found_by_ci95_low": low, "found_by_ci95_high": high}
     return {
         "method": row.method,
         **summary,
+        **deadline,
         "ci95_low_s": low_s,
         "ci95_high_s": high_s,
         "planned_expected_detection_time_s": row.planned.expected_detection_time_s,

@@ -45,6 +45,7 @@ class MethodRow:
     took_s: float | None = None  # wall-clock time of planning
     why_not: str = ""
     bound: float | None = None  # that no plan of its class can pass on the futures planned with
+    fresh: Fresh = FRESH  # what the targets are that it is evaluated on
 
     @property
     def gap(self) -> float | None:
@@ -59,7 +60,7 @@ def row_of(trial: Trial) -> MethodRow:
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
-def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
+def plan_table(row: MethodRow) -> FittingTable:
     """Return what a plan achieves on its own futures and on targets that it was not made from."""
     assert row.planned is not None
     assert row.evaluated is not None
@@ -69,7 +70,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
         (
             Column("", left=True, wraps=True),
             Column(f"{len(row.planned.weight):,} futures\nplanned with", rank=2),
-            Column(f"{len(row.evaluated.weight):,}\n{fresh.name}"),
+            Column(f"{len(row.evaluated.weight):,}\n{row.fresh.name}"),
             Column("95 %\ninterval", rank=1),
         ),
     )
@@ -87,7 +88,7 @@ def plan_table(row: MethodRow, fresh: Fresh = FRESH) -> FittingTable:
     for name, cells, interval in lines:
         kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
-    if fresh.alike and by_s is None:
+    if row.fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
         table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
     return table
@@ -167,15 +168,20 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
         title,
         (
             Column("method", left=True),
-            *(Column(_by(by_s)) for by_s in deadlines if by_s is not None),
-            Column("expected\ndetection", rank=1 if deadlines else 0),
-            Column("95 %\ninterval", rank=2),
-            Column("found", rank=3),
-            Column("before\ngoal", rank=7),
-            Column("in\nsample", rank=4),
+            *(
+                column
+                for by_s in deadlines
+                if by_s is not None
+                for column in (Column(_by(by_s)), Column("95 %\ninterval", rank=1))
+            ),
+            Column("expected\ndetection", rank=2 if deadlines else 0),
+            Column("95 %\ninterval", rank=3),
+            Column("found", rank=4),
+            Column("before\ngoal", rank=8),
+            Column("in\nsample", rank=5),
             *([Column("gap", rank=1)] if with_gap else []),
-            Column("roads", rank=6),
-            Column("planning\ntook", rank=5),
+            Column("roads", rank=7),
+            Column("planning\ntook", rank=6),
         ),
     )
     for row in rows:
@@ -209,9 +215,8 @@ def flights_table(evaluation: Evaluation) -> "Table":
 
 def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
-    by_s = evaluated.objective.by_s
     return [
-        *([] if by_s is None else [percent(evaluated.found_by_probability(by_s))]),
+        *_by_cells(evaluated),
         _seconds(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
         percent(evaluated.detection_probability),
@@ -220,6 +225,16 @@ def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str
         *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",
         "-" if row.took_s is None else _short(row.took_s),
+    ]
+
+
+def _by_cells(evaluated: Evaluation) -> list[str]:
+    by_s = evaluated.objective.by_s
+    if by_s is None:
+        return []
+    return [
+        percent(evaluated.found_by_probability(by_s)),
+        _shares(evaluated.found_by_interval(by_s)),
     ]
 
 

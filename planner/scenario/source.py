@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import Fault, InputError
-from planner.files import shipped, shipped_names
+from planner.files import RECORD, shipped, shipped_names
 from planner.guard import LARGEST_JSON, kind_of_xml, parsed_json, parsed_toml, read_text
 from planner.messages import as_written, suggestion
+from planner.scenario.toml_twice import twice
 
 FILE = "scenario.toml"
 FROM_RUN = "_from_run"  # ends the key of a path that starts at the folder of a run
@@ -63,9 +64,9 @@ def scenario_path(place: str | Path) -> Path:
     if "\0" in str(path):
         raise InputError(f"{place}: no file's name holds a NUL; correct the path")
     if path.is_dir():
+        if not (path / FILE).is_file():
+            raise InputError(f"{place}: holds no {FILE}; {_of_folder(path)}")
         path = path / FILE
-        if not path.is_file():
-            raise InputError(f"{place}: holds no {FILE}; name the folder of a scenario")
     if path.is_file():
         kind = kind_of_xml(path)
         if kind is not None:
@@ -83,6 +84,13 @@ def scenario_path(place: str | Path) -> Path:
             f"{place}: is neither a file, nor a folder, nor a shipped scenario; {hint}"
         )
     return folder / FILE
+
+
+def _of_folder(folder: Path) -> str:
+    """Return the remedy for a folder that is no scenario's."""
+    if (folder / RECORD).is_file():
+        return f"the scenario of the run that it holds is {folder / RECORD}"
+    return "name the folder of a scenario"
 
 
 def read_source(
@@ -123,16 +131,19 @@ def read_source(
 
 
 def _parsed(path: Path) -> tuple[Tables, Fault | None]:
+    text = ""
     try:
-        return copy.deepcopy(_toml(read_text(path))), None
+        text = read_text(path)
+        return copy.deepcopy(_toml(text)), None
     except InputError as error:
         if isinstance(error.__cause__, UnicodeDecodeError):
-            text = "is not UTF-8 text; save the file as UTF-8"
-            return {}, Fault(f"byte {error.__cause__.start}", text)
+            what = "is not UTF-8 text; save the file as UTF-8"
+            return {}, Fault(f"byte {error.__cause__.start}", what)
         raise
     except ValueError as error:
         what, _, where = str(error).rpartition(" (at ")
-        return {}, Fault(where.rstrip(")") or "TOML", f"{what or error}; correct the TOML there")
+        said = twice(text, what, where) or f"{what or error}; correct the TOML there"
+        return {}, Fault(where.rstrip(")") or "TOML", said)
 
 
 @lru_cache(8)

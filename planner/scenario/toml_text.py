@@ -3,7 +3,10 @@
 import datetime
 import json
 import math
+import typing
 from typing import Any
+
+from pydantic.fields import FieldInfo
 
 from planner.scenario.sections import SECTIONS, Scenario
 
@@ -21,9 +24,17 @@ def scenario_text(scenario: Scenario) -> str:
         lines += ["", f"[{name}]"]
         fields = SECTIONS[name].model_fields
         for key, value in values.items():
-            told = fields[key].description if key in fields else None
+            told = _meaning(fields[key]) if key in fields else None
             lines.append(f"{key} = {toml_text(value)}" + (f"  # {told}" if told else ""))
     return "\n".join(lines)
+
+
+def _meaning(field: FieldInfo) -> str | None:
+    """Return what is known of a key: its description, or the words that it may hold."""
+    if field.description is None and typing.get_origin(field.annotation) is typing.Literal:
+        *words, last = map(toml_text, typing.get_args(field.annotation))
+        return f"{', '.join(words)} or {last}"
+    return field.description
 
 
 def toml_text(value: Any) -> str:

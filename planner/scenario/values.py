@@ -210,10 +210,12 @@ def _distribution_fault(section: DistributionSection) -> str | None:
 
 def _range_fault(section: DistributionSection) -> str | None:
     low, high, normal = section.low, section.high, section.normal
+    if low == high:
+        value = as_written(low)
+        return f"holds the one value {value}; write {{ constant = {value} }}"
     if not low < high:
         return (
-            f"low {as_written(low)} is not below high {as_written(high)}; "
-            "write the lower one first, or { constant = x } for a single value"
+            f"low {as_written(low)} is not below high {as_written(high)}; write the lower one first"
         )
     if section.probabilities is not None:
         return "gives probabilities without a list; add list = [...] or leave them out"
@@ -250,6 +252,14 @@ def _equal(edges: Any) -> Any:
     return {edge: 1 / len(edges) for edge in edges}
 
 
+def _no_edge_alone(word: str) -> str:
+    """Return the word for all edges; an edge's name alone is refused with how it is written."""
+    if word != "anywhere":
+        name = as_written(word)
+        raise ValueError(f'should be "anywhere" or a list, not {name}; for the edge write [{name}]')
+    return word
+
+
 def _above_zero(speeds: DistributionSection) -> DistributionSection:
     if speeds.low <= 0:
         raise ValueError(f"reaches down to {as_written(speeds.low)} m/s; give speeds above 0")
@@ -284,7 +294,7 @@ Distances = Annotated[
     Discriminator(lambda value: "~word" if isinstance(value, str) else "~DistributionSection"),
 ]
 StartEdges = Annotated[
-    Annotated[Literal["anywhere"], Tag("~word")]
+    Annotated[Literal["anywhere"], BeforeValidator(_no_edge_alone), Tag("~word")]
     | Annotated[Probabilities, BeforeValidator(_equal), Tag("~table")],
     Discriminator(lambda value: "~word" if isinstance(value, str) else "~table"),
 ]

@@ -36,7 +36,7 @@ def orienteering(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
         from ortools.constraint_solver import pywrapcp, routing_enums_pb2
     except ImportError as error:
         raise NotApplicableError(
-            "OR-Tools is not installed; type: pip install 'sumo-search-planner[ortools]'"
+            "OR-Tools is not installed; type: pip install 'sumo-search-planner[orienteering]'"
         ) from error
     log = SearchLog(problem, budget)
     lasts, worth = _flight_ticks(problem), passing_probability(problem)

@@ -311,10 +311,11 @@ def test_compare(run: Commands, scenario: str, reasons: dict[str, str], tmp_path
 
 @pytest.mark.parametrize("columns", ["80", "120"])
 def test_compare_shows_every_method(
-    run: Commands, columns: str, monkeypatch: pytest.MonkeyPatch
+    run: Commands, columns: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", columns)
-    said = run("compare", TOWN, "--targets", "20").out
+    said = run("compare", TOWN, "--targets", "20", "-o", tmp_path / "table.csv").out
+    assert "".join(said.split()).endswith(f"writtento{tmp_path / 'table.csv'}")
     for method in planner.METHODS:
         assert re.search(rf"^ +{method.name} ", said, re.MULTILINE)
     ways = re.search(r"^exhaustive: .*cycle: ([^;]*)", said, re.MULTILINE)
@@ -325,6 +326,7 @@ def test_compare_shows_every_method(
 def test_where(run: Commands, tmp_path: Path) -> None:
     options = ("figure3-gone", "--at", "0:16:40")
     said = run("where", *options, "-o", tmp_path / "where")
+    assert "".join(said.out.split()).endswith(f"writtento{tmp_path / 'where'}")
     assert "0:16:40" in said.out
     assert {path.name for path in (tmp_path / "where").iterdir()} == {"where.csv", "where.png"}
     with (tmp_path / "where" / "where.csv").open(newline="", encoding="utf-8") as file:

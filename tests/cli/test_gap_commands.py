@@ -99,7 +99,8 @@ def test_a_new_plan_drops_the_old_proof(run: Commands, tmp_path: Path) -> None:
 
 def test_bad_requests(run: Commands) -> None:
     for options, fault in (
-        (("plan", "figure3", "--gap", "-1"), "share from 0 on"),
+        (("plan", "figure3", "--gap", "-1"), "share from 0 to 1"),
+        (("certify", "runs/none", "--gap", "5"), "not '5'; give 0.05 for 5 %"),
         (("compare", "figure3", "--time-limit", "3"), "--bound"),
         (("compare", "--instances", "--bound"), "--instances"),
     ):

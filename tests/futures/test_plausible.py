@@ -84,6 +84,45 @@ def test_hours_and_kilometres_are_recognised(tmp_path: Path) -> None:
     refused(tmp_path, kilometres, "places and times say 0.02 m/s, but the recorded speeds 20 m/s")
 
 
+def faster(steps: Iterable[Any], factor: float) -> list[Any]:
+    """The same with other recorded speeds."""
+    return [
+        (t, [(*row[:3], row[3] * factor, *row[4:]) for row in rows]) for t, rows in steps
+    ]  # fmt: skip
+
+
+def test_speeds_in_kilometres_per_hour_are_recognised(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "f.xml"
+    path.write_text(fcd(faster(drive(), 3.6)))
+    told = read_recording(path, NET)
+    assert caplog.text.count("taken for km/h") == 1
+    path.write_text(fcd(drive()))
+    rightly = read_recording(path, NET)
+    assert told.speed_mps == rightly.speed_mps
+    np.testing.assert_allclose(told.futures.x_m, rightly.futures.x_m)
+    np.testing.assert_allclose(told.futures.time_s, rightly.futures.time_s)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.237, 3.3, 4.0])
+def test_other_speeds_stay_as_they_are(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, factor: float
+) -> None:
+    read(tmp_path, faster(drive(), factor))
+    assert "km/h" not in caplog.text
+
+
+def test_speeds_that_differ_from_sample_to_sample_are_no_unit(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Between sparse samples a car stands for some time, here longer and longer."""
+    times = (0, 36, 60, 180, 300)
+    steps = [(f"{t}", [("v", 300.0 * k, 0.0, 20, 300.0 * k, "AB_0")]) for k, t in enumerate(times)]
+    read(tmp_path, steps)
+    assert "km/h" not in caplog.text
+
+
 @pytest.mark.parametrize("only_places", [False, True])
 def test_degrees_are_recognised(tmp_path: Path, only_places: bool) -> None:
     steps = [

@@ -43,6 +43,29 @@ def test_second_call_takes_no_netconvert(
     assert list(first.parent.iterdir()) == [first]  # nothing half-written stays
 
 
+def test_names_that_sumo_refuses_are_told_together(sources: tuple[Path, Path]) -> None:
+    nodes, edges = sources
+    for file, old, new in (
+        (nodes, '"A"', '"A 1"'),
+        (edges, '"A"', '"A 1"'),
+        (edges, '"AB"', '"A to B"'),
+        (edges, '"CE"', '"C;E"'),
+    ):
+        file.write_text(file.read_text().replace(old, new))
+    with pytest.raises(InputError) as caught:
+        build_net(*sources)
+    assert str(caught.value) == (
+        f'{nodes}: node "A 1", {edges}: edge "A to B", edge "C;E": '
+        "SUMO takes no name with a space or any of | \\ ; , '; rename them"
+    )
+
+
+def test_other_refusals_stay_netconvert_s(sources: tuple[Path, Path]) -> None:
+    sources[1].write_text(sources[1].read_text().replace('to="B"', 'to="nowhere"'))
+    with pytest.raises(InputError, match=r"netconvert refuses it: .*nowhere"):
+        build_net(*sources)
+
+
 def test_same_sources_elsewhere_give_the_same_bytes(
     tmp_path: Path, sources: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

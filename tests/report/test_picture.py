@@ -3,19 +3,26 @@
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
 from planner.errors import OutputError
+from planner.flight.pieces import Piece, pieces
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
 from planner.mission.opening import OpenScenario
-from planner.report.maps import View
-from planner.report.picture import _axes, _figure, plan_picture, where_picture
+from planner.network.road_network import RoadNetwork
+from planner.report.curves import shown_until_s
+from planner.report.maps import View, draw_order
+from planner.report.picture import _axes, _figure, moments_s, plan_picture, where_picture
 from planner.search.plan import plan_of_legs, plan_of_wait
 from support.grid_instance import grid_futures, grid_problem
 
@@ -57,18 +64,79 @@ def test_it_says_what_it_shows(tmp_path: Path) -> None:
     said = texts(tmp_path / "p.svg")
     assert "a title" in said
     assert "UAV takes off at 0:00:00, 60 km north-west of the net;" in " ".join(said)
-    assert [text for text in said if text in {"1", "2", "3"}] == ["1", "2", "3"]
+    # The third road is flown long after the last of those that are found.
+    assert [text for text in said if text in {"1", "2", "3"}] == ["1", "2"]
+    assert any(text.startswith("roads in the order flown until 0:") for text in said)
     mean_s = evaluations["fresh"].expected_detection_time_s
     assert any(text.startswith("fresh: ") and f"mean {mean_s:,.0f} s" in text for text in said)
-    assert {"east (km)", "time (min)", "horizon", "targets reach their goal"} <= set(said)
+    assert {"east (km)", "time (min)", "horizon: 167 min, farther right"} <= set(said)
     assert sum(text.endswith("% found") for text in said) == 4
+
+
+def ordered(
+    path: Path, network: RoadNetwork, flight: Sequence[Piece]
+) -> tuple[bool, list[str], list[Any]]:
+    """Whether all numbers of a flight found room, their labels, and the labels' boxes."""
+    with _figure(path, (7.6, 6.9), "") as figure:
+        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+        view = View.of(network)
+        all_there = draw_order(axes, view, flight, np.zeros((len(flight), 4)))
+        view.frame(axes, numbered=False)
+        figure.canvas.draw()
+        boxes = [label.get_bbox_patch().get_window_extent() for label in axes.texts]
+    return all_there, [label.get_text() for label in axes.texts], boxes
 
 
 def test_a_road_flown_often_keeps_all_its_numbers(tmp_path: Path) -> None:
     plan = plan_of_legs(PROBLEM, "greedy", [2, 3] * 5)
-    plan_picture(tmp_path / "p.svg", PROBLEM, plan, evaluations=evaluated(plan))
-    said = ", ".join(texts(tmp_path / "p.svg")).split(", ")
-    assert {str(order) for order in range(1, 11)} <= set(said)
+    all_there, labels, _ = ordered(tmp_path / "p.svg", PROBLEM.network, pieces(plan))
+    assert all_there
+    said = ", ".join(labels).replace("\n", ", ").split(", ")
+    assert {str(order) for order in range(1, 11)} == set(said)
+
+
+def test_labels_on_many_short_roads_do_not_cover_each_other(
+    tmp_path: Path, berlin: OpenScenario
+) -> None:
+    network = berlin.network
+    roads = np.random.default_rng(1).integers(0, len(network.road_ids), 120)
+    flight = [
+        Piece(0, order, int(road), network.shape(road), float(order), order + 1.0)
+        for order, road in enumerate(roads, 1)
+    ]
+    all_there, labels, boxes = ordered(tmp_path / "p.svg", network, flight)
+    assert not all_there
+    assert len(labels) > 10
+    assert any(label.split(",")[0] == "1" for label in labels)
+    for one, other in combinations(boxes, 2):
+        across = min(one.x1, other.x1) - max(one.x0, other.x0)
+        up = min(one.y1, other.y1) - max(one.y0, other.y0)
+        assert min(across, up) < 2.0  # pixels
+
+
+def test_moments_are_never_the_same() -> None:
+    """Seven seconds apart on a search of an hour; and once where all is found at once."""
+    problem = PROBLEM.replace(objective=Objective(3600.0))
+    seen = np.append(np.linspace(5.0, 21.0, 10), [21.0] * 50)
+    assert moments_s(problem, seen) == [0.0, 7.0, 14.0, 21.0]
+    assert moments_s(problem, np.full(60, 0.0)) == [0.0]
+    assert moments_s(problem, np.full(60, 1790.0)) == [0.0, 600.0, 1200.0, 1800.0]
+    assert moments_s(problem, np.full(60, np.inf)) == [0.0, 1200.0, 2400.0, 3600.0]
+
+
+def test_the_axis_of_times_ends_soon_after_the_last_sightings() -> None:
+    def seen(*times_s: float) -> Evaluation:
+        times = np.array(times_s)
+        weight = np.full(len(times), 1 / len(times))
+        return Evaluation(times, weight, np.full(len(times), np.inf), PROBLEM.objective)
+
+    assert shown_until_s(PROBLEM, [seen(100.0, 2000.0), seen(400.0)]) == pytest.approx(2300.0)
+    few = seen(*[1000.0] * 999, 9000.0)  # one of a thousand does not stretch the axis
+    assert shown_until_s(PROBLEM, [few]) == pytest.approx(1150.0)
+    for late in (seen(9500.0), seen(np.inf)):
+        assert shown_until_s(PROBLEM, [late]) == PROBLEM.horizon_s
+    deadline = PROBLEM.replace(objective=Objective(10000.0, 4000.0))
+    assert shown_until_s(deadline, [seen(100.0)]) == pytest.approx(4600.0)
 
 
 @pytest.mark.parametrize(
@@ -123,8 +191,8 @@ def test_numbers_without_room_share_their_road_s_label(tmp_path: Path) -> None:
     """Road 2 is flown nine times: in one label, in order, three to a line."""
     order = [2, 3] * 9 + [41]
     plan = plan_of_legs(PROBLEM, "greedy", order)
-    plan_picture(tmp_path / "p.svg", PROBLEM, plan, evaluations=evaluated(plan))
-    numbers = [text for text in texts(tmp_path / "p.svg") if set(text) <= set("0123456789, ")]
+    _, labels, _ = ordered(tmp_path / "p.svg", PROBLEM.network, pieces(plan))
+    numbers = [text for label in labels for text in label.split("\n")]
     several = [text for text in numbers if ", " in text]
     assert [text for text in several if text.count(",") == 2] == several
     assert sorted(int(n) for text in several for n in text.split(",")) == list(range(1, 19))

@@ -17,6 +17,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.state_at import by_road, state_at
+from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
     MethodRow,
@@ -92,7 +93,7 @@ def test_figures_stay_whole_in_any_window(width: int, monkeypatch: pytest.Monkey
 
 
 def test_other_targets_are_named_and_not_compared(printed: Callable[[object], str]) -> None:
-    text = printed(plan_table(ROW, OTHERS))
+    text = printed(plan_table(replace(ROW, fresh=OTHERS)))
     assert "of the belief" in text
     assert "planned minus fresh" not in text
 
@@ -144,7 +145,11 @@ def test_a_deadline_has_its_own_line_and_column(printed: Callable[[object], str]
     assert line(printed(flights_table(fresh)), "found by")[1] == "10.0 %"
     table = printed(compare_table([row, MethodRow("exact", why_not="no")]))
     assert "found by" in table
-    assert line(table, "greedy")[1:3] == ["10.0 %", "395 s"]
+    low, high = fresh.found_by_interval(240.0)
+    within = f"{100 * low:.1f} % .. {100 * high:.1f} %"
+    assert line(table, "greedy")[1:4] == ["10.0 %", within, "395 s"]
+    cells = compare_cells(row)
+    assert (cells["found_by_ci95_low"], cells["found_by_ci95_high"]) == (low, high)
     assert "found by" not in printed(compare_table([ROW]))
 
 

@@ -136,6 +136,31 @@ def test_no_scenario(
         read_draft(place)
 
 
+def test_the_folder_of_a_run_names_the_scenario_in_it(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(InputError, match=f"holds no scenario.toml; .*{tmp_path}/run.json$"):
+        read_draft(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("more", "line", "name"),
+    [
+        ("[search]\ndepth = 3\nseed = 1\ndepth = 4\n", 4, "depth"),
+        ("[search]\nseed = 1\n\"se ed\" = 2\n'se ed' = 3", 4, "'se ed'"),
+        ("[search]\ndepth = 3\n[futures]\n[search]\n", 4, "[search]"),
+        ("[target]\nstart = { a = 0.5, b = 0.5, a = 1 }\n", 2, '"a"'),
+        ('[target]\nstart = ["a"]\nstart = [\n "b",\n]\nx = 1\n', 5, "start"),
+        ("[uav]\nstart.x_m = 1\n  start . x_m = 2", 3, "start . x_m"),
+    ],
+)
+def test_what_stands_twice_is_named(tmp_path: Path, more: str, line: int, name: str) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(more)
+    (fault,) = read_draft(path).faults
+    assert fault.key.startswith(f"line {line}, ") or fault.key == "end of document"
+    assert fault.text.startswith(f"{name} stands there a second time; ")
+
+
 def test_overrides_follow_the_preset(folder: Path) -> None:
     text = SMALL + '[presets.x]\n"search.depth" = 3\n"search.seed" = 4\n"truth.start" = ["b"]\n'
     (folder / "scenario.toml").write_text(text)
@@ -259,7 +284,7 @@ ONE_FAULT = [
     ("target.start=[]", "target.start: is empty; give"),
     ("target.start=[3.5]", "target.start: should name edges;"),
     ('target.start=["a","a"]', "target.start: names a more than once; name"),
-    ("target.start=everywhere", "target.start: should be 'anywhere', not \"everywhere\"; give"),
+    ("target.start=main", 'target.start: should be "anywhere" or a list, not "main"; for the edge'),
     ("target.start=7", "target.start: should be a table, not 7; give"),
     ("target.start={a=0.5, b=0.4}", "target.start: the probabilities sum to 0.9, not to one; ch"),
     ("target.start={a=-0.5, b=1.5}", "target.start: the probability -0.5 is negative; give"),
@@ -271,7 +296,7 @@ ONE_FAULT = [
     ("target.speed_mps=anywhere", 'target.speed_mps: should be a table, not "anywhere"; give'),
     ("target.speed_mps={uniform=[0, 5]}", "target.speed_mps: reaches down to 0 m/s; give speeds"),
     ("target.speed_mps={uniform=[25, 15]}", "target.speed_mps: low 25 is not below high 15; wri"),
-    ("target.speed_mps={uniform=[15, 15]}", "target.speed_mps: low 15 is not below high 15; wri"),
+    ("target.speed_mps={uniform=[15, 15]}", "target.speed_mps: holds the one value 15; write { c"),
     ("target.speed_mps={uniform=[15]}", "target.speed_mps.uniform[1]: is missing; give the lowest"),
     ("target.speed_mps={uniform=[1,2,3]}", "target.speed_mps.uniform: has too many values, not"),
     ('target.speed_mps={uniform=[1,"2"]}', "target.speed_mps.uniform[1]: should be a number, not"),

@@ -25,3 +25,12 @@ def test_a_shown_scenario_reads_back(name: str, overrides: tuple[str, ...], tmp_
     assert "#" in text
     path.write_text(text, encoding="utf-8")
     assert read_draft(path).scenario().as_dict() == scenario.as_dict()
+
+
+def test_words_that_a_key_may_hold_stand_beside_it() -> None:
+    lines = scenario_text(read_draft("figure3").scenario()).split("\n")
+    assert 'driving = "constant"  # "constant" or "free"' in lines
+    (greedy,) = (line for line in lines if line.startswith("miss = "))
+    assert greedy.endswith('# "horizon", "infinity" or "rate"')
+    keys = [line for line in lines if " = " in line and not line.startswith("title")]
+    assert all("  # " in line for line in keys)

@@ -1,0 +1,41 @@
+"""Summaries: numbers as a reader wants them."""
+
+import argparse
+import json
+
+import pytest
+
+from planner.cli.printing import print_result, summary_lines
+
+
+def test_inexact_sums_lose_their_last_digits(capsys: pytest.CaptureFixture[str]) -> None:
+    summary = {
+        "sum": sum([0.1] * 10),
+        "elsewhere": 1.0 - sum([0.1] * 10),
+        "deep": [{"d": (419.9999999999999, 1019.9999999999998)}],
+        "small": 1.25e-7,
+        "measured": 1066.4109846577087,
+        "count": 3,
+        "sure": True,
+        "none": None,
+    }
+    print_result(argparse.Namespace(json=True), summary, [])
+    assert json.loads(capsys.readouterr().out) == {
+        "sum": 1.0,
+        "elsewhere": 0.0,
+        "deep": [{"d": [420.0, 1020.0]}],
+        "small": 1.25e-7,
+        "measured": 1066.4109846577087,
+        "count": 3,
+        "sure": True,
+        "none": None,
+    }
+
+
+def test_lines_of_a_summary_hold_six_digits() -> None:
+    summary = {"net": "a.net.xml", "length_km": 123.45678901234, "roads": 1234567}
+    assert summary_lines(summary) == [
+        "net        a.net.xml",
+        "length_km  123.457",
+        "roads      1234567",
+    ]
