@@ -62,10 +62,13 @@ def scenario_path(place: str | Path) -> Path:
     path = Path(place)
     if "\0" in str(path):
         raise InputError(f"{place}: no file's name holds a NUL; correct the path")
+    folder = shipped(str(place))
     if path.is_dir():
         path = path / FILE
         if not path.is_file():
-            raise InputError(f"{place}: holds no {FILE}; name the folder of a scenario")
+            if folder is None:
+                raise InputError(f"{place}: holds no {FILE}; name the folder of a scenario")
+            path = folder / FILE  # a run, say, bears the name of a scenario that is shipped
     if path.is_file():
         kind = kind_of_xml(path)
         if kind is not None:
@@ -76,7 +79,6 @@ def scenario_path(place: str | Path) -> Path:
         return path
     if path.suffix in (".toml", ".json"):
         raise InputError(f"{place}: there is no such file; correct the path")
-    folder = shipped(str(place))
     if folder is None:
         hint = suggestion(str(place), shipped_names())
         raise InputError(
