@@ -77,7 +77,7 @@ class _FirstCompilation(event.Listener):
             return
         self.said = True
         log.warning(
-            "compiling the search for this machine, once: up to a minute (kept in %s)",
+            "compiling what this command runs, once on this machine: up to a minute (kept in %s)",
             os.environ["NUMBA_CACHE_DIR"],
         )
 

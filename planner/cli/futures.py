@@ -57,7 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
         "first_end_s": float(recording.futures.end_s.min()),
         "last_end_s": float(recording.futures.end_s.max()),
     }
-    lines = summary_lines(summary)
+    ends = {key: f"{summary[key]:.1f}" for key in ("first_end_s", "last_end_s")}
+    lines = summary_lines(summary | ends)
     error = _clock_error(opened, recording)
     if error is not None:
         summary["clock"] = error.as_json()

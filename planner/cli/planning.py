@@ -239,7 +239,7 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row)
-    hint = sentences.particles_hint(trial.planned, trial.evaluated)
+    hint = sentences.particles_hint(trial.planned, trial.evaluated, opened.scenario.search.sampling)
     same_belief = opened.scenario.truth == opened.scenario.target
     if hint and same_belief and not own:
         yield hint

@@ -113,6 +113,8 @@ def record_into(
     kept: Kept, network: RoadNetwork, particles: Particles, horizon_s: float, how: How
 ) -> Futures:
     """Return the futures of particles, of which some may be recorded already; keep the others."""
+    if len(kept.missing) == 0:  # stopped after the last particle, before the files were there
+        return _weighted(kept, particles, kept.count)
     way, tolerance_m = way_of(network, particles), tolerance_of(network, how.tolerance_m)
     workers = how.backend.size(how.workers)
     log.info("%d particles are driven %s", len(kept.missing), way.why)

@@ -151,7 +151,7 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
     )
     xy_m, roads = array("d", place(RIDER)), [(0, *_road(libsumo, vehicle, road_of(RIDER)))]
     goal, before_end = vehicle.edges[-1], None
-    for sample in range(1, 1 + int((session.end_s - from_s) / session.step_s)):
+    for sample in range(1, 1 + math.ceil((session.end_s - from_s) / session.step_s)):
         if steer is not None:
             steer()
         if roads[-1][1] == goal:

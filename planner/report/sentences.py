@@ -17,11 +17,16 @@ def reasons(rows: Iterable[MethodRow]) -> list[str]:
     return [f"{row.method}: {row.why_not}" for row in rows if row.why_not]
 
 
-def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
+def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) -> str | None:
     """Return advice if a plan fits its own particles much better than fresh targets.
 
     Only where both are drawn from the same belief; a truth that differs from it shifts the
     fresh value by itself.
+
+    Parameters
+    ----------
+    sampling
+        How the particles were drawn, as in the scenario's ``search.sampling``.
     """
     expected_s, (_, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
     gain_s = expected_s - planned.expected_detection_time_s
@@ -29,10 +34,11 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation) -> str | None:
     if not timed or gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
         return None
     share = gain_s / planned.expected_detection_time_s
+    or_evenly = " or --set search.sampling=sobol" if sampling == "iid" else ""
     return (
         f"fresh targets take {share:.0%} longer to find than the particles planned "
         f"with: {len(planned.weight):,} are few here; try --set search.particles="
-        f"{4 * len(planned.weight)} or --set search.sampling=sobol"
+        f"{4 * len(planned.weight)}{or_evenly}"
     )
 
 

@@ -90,7 +90,7 @@ def plan_table(row: MethodRow) -> FittingTable:
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
     if row.fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
-        table.add_row("planned minus fresh", f"{gain_s:+,.0f} s", "", "")
+        table.add_row("planned minus fresh", f"{gain_s:+z,.0f} s", "", "")
     return table
 
 

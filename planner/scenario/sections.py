@@ -170,7 +170,8 @@ class SearchSection(Section):
     )
     sampling: Literal["iid", "sobol", "all"] = "iid"
     depth: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
-        default=16, description="how many roads a plan has at most, such as 16"
+        default=16,
+        description="how many roads a plan of greedy, exact or random has at most, such as 16",
     )
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="a whole number from 0 on")
     work: Annotated[int, Field(ge=1, le=10**15)] = Field(

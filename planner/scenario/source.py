@@ -63,9 +63,12 @@ def scenario_path(place: str | Path) -> Path:
     path = Path(place)
     if "\0" in str(path):
         raise InputError(f"{place}: no file's name holds a NUL; correct the path")
+    folder = shipped(str(place))
     if path.is_dir():
         if not (path / FILE).is_file():
-            raise InputError(f"{place}: holds no {FILE}; {_of_folder(path)}")
+            if folder is None:
+                raise InputError(f"{place}: holds no {FILE}; {_of_folder(path)}")
+            path = folder  # a run, say, bears the name of a scenario that is shipped
         path = path / FILE
     if path.is_file():
         kind = kind_of_xml(path)
@@ -77,7 +80,6 @@ def scenario_path(place: str | Path) -> Path:
         return path
     if path.suffix in (".toml", ".json"):
         raise InputError(f"{place}: there is no such file; correct the path")
-    folder = shipped(str(place))
     if folder is None:
         hint = suggestion(str(place), shipped_names())
         raise InputError(

@@ -75,6 +75,14 @@ def test_what_is_kept_is_not_driven_again(tmp_path: Path, monkeypatch: pytest.Mo
     assert tasks == [2]
 
 
+def test_nothing_is_left_to_drive(tmp_path: Path) -> None:
+    """As after a kill between the last particle and the files of the recording."""
+    particles = particles_of(6)
+    whole = record_into(Kept(6, tmp_path), town(), particles, HORIZON_S, How(workers=1))
+    again = record_into(Kept(6, tmp_path), town(), particles, HORIZON_S, How(workers=1))
+    assert same(again, whole)
+
+
 @pytest.mark.usefixtures("small_sessions")
 def test_parts_of_a_session_count_with_any_number_of_workers(tmp_path: Path) -> None:
     particles = particles_of(40)

@@ -159,6 +159,14 @@ def test_a_session_ends_with_the_horizon_and_with_the_route() -> None:
         assert cut.roads == tuple(road for road in whole.roads if road[0] <= 10)
 
 
+@pytest.mark.parametrize(("end_s", "samples"), [(60.0, 61), (60.3, 62), (0.5, 2)])
+def test_a_ride_reaches_a_horizon_within_a_step(end_s: float, samples: int) -> None:
+    network = town()
+    (ride,) = driven(session(particles_of(network, 1), network, end_s=end_s))
+    assert ride.from_s == 0.0
+    assert len(ride.xy_m) == samples * 2 * 8  # one at each second from 0 on, the last not before
+
+
 def test_who_is_in_a_junction_counts_to_the_edge_after_it() -> None:
     network = town()
     particles = particles_of(network, 3)

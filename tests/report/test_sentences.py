@@ -16,11 +16,17 @@ def evaluation(seed: int, low_s: float) -> Evaluation:
 
 def test_the_hint_comes_when_fresh_targets_take_longer() -> None:
     good, bad = evaluation(1, 100.0), evaluation(2, 300.0)
-    hint = remarks.particles_hint(good, bad)
+    hint = remarks.particles_hint(good, bad, "iid")
     assert hint is not None
-    assert "search.particles=1600" in hint
-    assert remarks.particles_hint(bad, good) is None
-    assert remarks.particles_hint(good, good) is None
+    assert hint.endswith("search.particles=1600 or --set search.sampling=sobol")
+    assert remarks.particles_hint(bad, good, "iid") is None
+    assert remarks.particles_hint(good, good, "iid") is None
+
+
+def test_the_hint_advises_nothing_that_is_done_already() -> None:
+    hint = remarks.particles_hint(evaluation(1, 100.0), evaluation(2, 300.0), "sobol")
+    assert hint is not None
+    assert hint.endswith("search.particles=1600")
 
 
 def test_a_method_that_cannot_be_used_says_why() -> None:

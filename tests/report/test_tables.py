@@ -77,6 +77,12 @@ def test_plan(printed: Callable[[object], str]) -> None:
     assert line(text, "planned minus fresh")[1] == "+5 s"
 
 
+def test_nothing_has_no_sign_that_says_less(printed: Callable[[object], str]) -> None:
+    earlier = replace(FRESH, seen_at=FRESH.seen_at - 1e-6)
+    text = printed(plan_table(replace(ROW, planned=earlier, evaluated=FRESH)))
+    assert line(text, "planned minus fresh")[1] == "+0 s"
+
+
 @pytest.mark.parametrize("width", [120, 80, 60, 40])
 def test_figures_stay_whole_in_any_window(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", str(width))

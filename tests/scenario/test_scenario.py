@@ -161,6 +161,17 @@ def test_what_stands_twice_is_named(tmp_path: Path, more: str, line: int, name: 
     assert fault.text.startswith(f"{name} stands there a second time; ")
 
 
+def test_a_folder_without_a_scenario_hides_no_shipped_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "grid5x5").mkdir()  # such as the run of an earlier plan
+    assert read_scenario("grid5x5").name == "grid5x5"
+    (tmp_path / "grid5x5" / "scenario.toml").write_text("title = 'mine'")
+    with pytest.raises(InputError, match="network"):
+        read_scenario("grid5x5")
+
+
 def test_overrides_follow_the_preset(folder: Path) -> None:
     text = SMALL + '[presets.x]\n"search.depth" = 3\n"search.seed" = 4\n"truth.start" = ["b"]\n'
     (folder / "scenario.toml").write_text(text)
