@@ -51,7 +51,7 @@ class Commands:
         return Said(code, said.out, said.err)
 
 
-def in_a_process(*arguments: object, **environment: str) -> Said:
+def in_a_process(*arguments: object, timeout_s: float = 120.0, **environment: str) -> Said:
     """Run ``python -m planner`` as a user does."""
     done = subprocess.run(
         [sys.executable, "-m", "planner", *map(str, arguments)],
@@ -59,7 +59,7 @@ def in_a_process(*arguments: object, **environment: str) -> Said:
         text=True,
         env={**os.environ, **environment},
         check=False,
-        timeout=120,
+        timeout=timeout_s,
     )
     return Said(done.returncode, done.stdout, done.stderr)
 
