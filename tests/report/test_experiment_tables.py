@@ -110,4 +110,4 @@ def test_a_table_is_whole_in_a_narrow_window() -> None:
     text = out.getvalue()
     assert all(len(line) <= 60 for line in text.splitlines())
     assert "search.particles" in text
-    assert "a wider window also shows: before goal" in text
+    assert "a wider window also shows: 95 % interval, before goal, seeds" in text
