@@ -39,7 +39,11 @@ def scenario_overrides(arguments: argparse.Namespace) -> list[str]:
     if arguments.seed is not None:
         overrides.append(f"search.seed={arguments.seed}")
     if arguments.net_file is not None:
-        net = str(arguments.net_file.resolve())
+        from planner.scenario.sections import OF_SUMO
+
+        net = str(arguments.net_file)
+        if not net.startswith(OF_SUMO):
+            net = str(arguments.net_file.resolve())
         overrides.append(f"network={{ net = {_toml_text(net)} }}")
     return overrides
 

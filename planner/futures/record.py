@@ -37,6 +37,7 @@ STEP_S = 1.0
 KNOT_EVERY_S = 300.0  # in towns recordings have knots there, so that they can be cut
 LEAST_RIDES = 10  # for which it is worth to load a session
 FIRST_NOTED = 250  # particles that a note is made on first; each later one takes twice as many
+STANDS_M, STANDS_S = 1.0, 300.0  # who moves less in a time longer than signals are red
 TOWN_TOLERANCE_M = 5.0  # how far futures in towns may be from what SUMO recorded
 
 Note = Callable[[Futures], str]
@@ -133,7 +134,29 @@ def record_into(
             said, due = how.note(_weighted(kept, particles, kept.ready)), 2 * kept.ready
         if how.progress is not None:
             how.progress(kept.count - len(kept.missing), kept.count, said)
-    return _weighted(kept, particles, kept.count)
+    futures = _weighted(kept, particles, kept.count)
+    if not way.together:
+        _tell_standing(futures, network)
+    return futures
+
+
+def _tell_standing(futures: Futures, network: RoadNetwork) -> None:
+    """Say in the log how many particles stood all the time: mostly a signal lets nobody pass."""
+    first = futures.first_knot[:-1]
+    away_m = np.hypot(
+        futures.x_m - futures.x_m[first][futures.particle],
+        futures.y_m - futures.y_m[first][futures.particle],
+    )
+    farthest_m = np.maximum.reduceat(away_m, first)
+    stands = (farthest_m < STANDS_M) & (futures.end_s - futures.time_s[first] >= STANDS_S)
+    if stands.any():
+        log.warning(
+            "%d of %d particles stand where they start for all of the time; do the signals of %s "
+            "ever let them pass?",
+            stands.sum(),
+            len(stands),
+            network.given_as,
+        )
 
 
 def _weighted(kept: Kept, particles: Particles, count: int) -> Futures:

@@ -10,7 +10,7 @@ from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
 from planner.experiments.results import Row
 from planner.intervals import student_interval
-from planner.report.formats import titled_table
+from planner.report.formats import Column, FittingTable, titled_table
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -33,25 +33,30 @@ MOST_LINES = 60  # further ones are left out of a terminal
 COLUMNS, OTHERS = 3, "other levels"  # more factors than that share a column of this name
 
 
-def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> "Table":
+FIGURES = (
+    Column("expected\ndetection"),
+    Column("95 %\ninterval", rank=1),
+    Column("found"),
+    Column("before\ngoal", rank=3),
+    Column("seeds", rank=2),
+)
+
+
+def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> FittingTable:
     """Return the figures of each combination of method and factors, averaged over its seeds.
 
     Intervals are Student's, over seeds, each with particles and targets of its own, and begin at
     0 s at least; where there is one seed, that of its targets.
     """
-    table = titled_table(title)
     header, levels, usual = _levels(rows, factors)
-    for name in (*header, "method"):
-        left = name in ("method", OTHERS)
-        table.add_column(name, justify="left" if left else "right", overflow="fold")
-    for name in ("expected detection", "95 % interval", "found", "before goal", "seeds"):
-        table.add_column(name, justify="right")
+    named = [Column(name, left=name in ("method", OTHERS)) for name in (*header, "method")]
     groups: dict[tuple[str, ...], list[Row]] = {}
     for row, cells in zip(rows, levels, strict=True):
         groups.setdefault((*cells, row["method"]), []).append(row)
+    caption = " ".join(filter(None, (usual, _left_out(len(groups)))))
+    table = FittingTable(title, [*named, *FIGURES], caption=caption)
     for key, group in list(groups.items())[:MOST_LINES]:
         table.add_row(*key, *_figures([row for row in group if row["reason"] is None]))
-    table.caption = " ".join(filter(None, (usual, _left_out(len(groups))))) or None
     return table
 
 

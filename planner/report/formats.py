@@ -54,8 +54,8 @@ class Column(NamedTuple):
 class FittingTable:
     """A table whose cells stay whole: columns go where the window has no room for all of them."""
 
-    def __init__(self, title: str, columns: Sequence[Column]) -> None:
-        self.title, self.columns = title, tuple(columns)
+    def __init__(self, title: str, columns: Sequence[Column], *, caption: str = "") -> None:
+        self.title, self.columns, self.caption = title, tuple(columns), caption
         self.rows: list[tuple[str, ...]] = []
 
     def add_row(self, *cells: str) -> None:
@@ -75,12 +75,17 @@ class FittingTable:
         gone = [c.header.replace("\n", " ") for k, c in enumerate(self.columns) if k not in shown]
         if gone:
             yield f"a wider window also shows: {', '.join(gone)}"
+        if self.caption:
+            yield self.caption
 
     def _widths(self) -> list[int]:
         from rich.cells import cell_len
 
         cells = [
-            (*column.header.split("\n"), *(row[k] for row in self.rows))
+            (
+                *column.header.split("\n"),
+                *(line for row in self.rows for line in row[k].split("\n")),
+            )
             for k, column in enumerate(self.columns)
         ]
         parts = [

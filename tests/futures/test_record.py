@@ -1,5 +1,6 @@
 """Recorded motion against physics, against the bare sumo program, and against itself."""
 
+import re
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -290,3 +291,20 @@ def test_one_place_says_how_particles_are_driven(
     record(streets, in_streets, horizon_s=5.0, workers=1)
     assert "cannot fork" in caplog.text
     assert "loaded anew" in way_of(streets, in_streets).why
+
+
+def test_who_never_moves_is_told_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    text = town().path.read_text(encoding="utf-8")
+    red = re.sub(r'(<phase [^>]*state=")\w+"', lambda m: m[1] + 20 * "r" + '"', text)
+    assert red != text
+    (tmp_path / "red.net.xml").write_text(red, encoding="utf-8")
+    network = read_net(tmp_path / "red.net.xml")
+    length_m = network.edge_length_m[network.edge_index["n-centre"]]
+    two = walkers(network, 2, np.random.default_rng(1), start="n-centre", roads=2, driving="free")
+    route = [network.edge_index[name] for name in ("n-centre", "centre-s")]
+    near = replace(two, route_edge=route * 2, start_m=[length_m - 1.2, 5.0])
+    record(network, near, horizon_s=600.0, workers=1)
+    assert "1 of 2 particles stand where they start" in caplog.text
+    caplog.clear()
+    record(town(), near, horizon_s=600.0, workers=1)
+    assert "stand where" not in caplog.text

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from rich.console import Console
 
 from planner.cli.printing import console
 from planner.detection.evaluation import Evaluation
@@ -80,7 +81,7 @@ def test_a_bound_is_told_as_a_share_of_itself(plans: str, told: str) -> None:
 
 def test_lines_left_out_are_told() -> None:
     few, many = ([row(1, 100.0, radius=float(r)) for r in range(n)] for n in (60, 63))
-    assert results_table(few, ["radius"], "title").caption is None
+    assert results_table(few, ["radius"], "title").caption == ""
     assert "3 more lines" in str(results_table(many, ["radius"], "title").caption)
 
 
@@ -92,10 +93,21 @@ def test_where_factors_are_many_seldom_levels_share_a_column() -> None:
     ]
     table = results_table(rows, ["a", "b", "c", "d"], "title")
     assert [column.header for column in table.columns][:3] == ["a", "other levels", "method"]
-    assert list(table.columns[1].cells) == ["", "", "b=5\nd=odd"]
+    assert [cells[1] for cells in table.rows] == ["", "", "b=5\nd=odd"]
     assert table.caption == "other levels than b=0, c=0, d=as usual"
 
 
 def test_an_interval_of_times_begins_at_zero() -> None:
     (cells,) = printed([row(1, 10.0), row(2, 900.0)])
     assert cells[4] == "0"
+
+
+def test_a_table_is_whole_in_a_narrow_window() -> None:
+    rows = [row(seed, 99.0, **{"search.particles": 1000}) for seed in (1, 2)]
+    out = io.StringIO()
+    narrow = Console(file=out, width=60)
+    narrow.print(results_table(rows, ["search.particles"], "title"))
+    text = out.getvalue()
+    assert all(len(line) <= 60 for line in text.splitlines())
+    assert "search.particles" in text
+    assert "a wider window also shows: 95 % interval, before goal, seeds" in text
