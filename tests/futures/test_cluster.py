@@ -57,7 +57,9 @@ def test_one_that_is_started_here_needs_no_address() -> None:
 
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"--backend dask: is not installed; pip install '.*dask"):
+    with pytest.raises(
+        InputError, match=r"--backend dask: is not installed; pip install .*cluster"
+    ):
         Cluster()
 
 

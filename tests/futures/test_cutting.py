@@ -74,7 +74,7 @@ def test_cut_and_recorded_anew_are_the_same(
     expected = [anew(some, network, tmp_path / str(k)) for k, some in enumerate(smaller)]
     made(large, network)
     undriven(monkeypatch)
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="planner"):
         for some, right in zip(smaller, expected, strict=True):
             assert files(made(some, network)) == right
     assert [line for line in caplog.messages if line.startswith("cut")] == [
@@ -160,7 +160,7 @@ def test_what_cannot_be_cut_is_recorded_anew(
     there = recipe(network, 6, 600.0)
     other = replace(there, **changed)  # type: ignore[arg-type]
     made(there, network)
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="planner"):
         found = files(made(other, network))
     assert lines_of(caplog) == told
     assert found == anew(other, network, tmp_path / "anew")
@@ -173,7 +173,7 @@ def test_speeds_drawn_by_road_are_cut_in_number_only(
     there = recipe(network, 6, 600.0)
     there = replace(there, prior=replace(there.prior, speed_per_road=True))
     made(there, network)
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="planner"):
         for some in (replace(there, count=5), replace(there, horizon_s=300.0)):
             assert files(made(some, network)) == anew(some, network, tmp_path / str(some.count))
     assert [line.split(" particles")[0] for line in caplog.messages if "cut from" in line] == [

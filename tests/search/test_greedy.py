@@ -133,7 +133,7 @@ class Fork:
         return Problem(
             network=network_of_roads(places, [("On", "O", "near"), ("Of", "O", "far")]),
             futures=Futures(
-                [0, 0], [10000, -50000], [0, 0], [0, 1], [0, 1, 2], [self.near, self.far], [0, 0]
+                [0, 0], [10000, -50000], [0, 0], [0, 1, 2], [self.near, self.far], [0, 0]
             ),
             uav=Uav(0.0, 0.0, 0.0, 100.0),
             sensor=Sensor(1000.0),

@@ -96,7 +96,7 @@ def test_a_deadline_makes_greedy_choose_otherwise(by_s: float | None, order: lis
     """0.4 can be seen after 90 s, 0.6 after 490 s, but both only after more than 500 s."""
     places = {"O": (0.0, 0.0), "near": (10000.0, 0.0), "far": (-50000.0, 0.0)}
     network = network_of_roads(places, [("On", "O", "near"), ("Of", "O", "far")])
-    futures = Futures([0, 0], [10000, -50000], [0, 0], [0, 1], [0, 1, 2], [0.4, 0.6], [0, 0])
+    futures = Futures([0, 0], [10000, -50000], [0, 0], [0, 1, 2], [0.4, 0.6], [0, 0])
     uav = Uav(0.0, 0.0, 0.0, 100.0)
     problem = Problem(network, futures, uav, Sensor(1000.0), Objective(1000.0, by_s))
     plan = greedy(problem, budget=Budget(2), rng=RNG).plan
