@@ -31,6 +31,7 @@ Answer = TypeVar("Answer")
 
 log = logging.getLogger(__name__)
 
+MALLOC = ("glibc.malloc.hugetlb=1", "glibc.malloc.tcache_count=60000")
 LOOK_S = 0.2  # between two looks whether answers are wanted still
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
 
@@ -289,10 +290,12 @@ class _Worker:
 def _lean() -> dict[str, str]:
     """Return what keeps a process without threads and quick to fork.
 
-    NumPy, which comes with libsumo, would start threads; huge pages are copied by the hundred.
+    NumPy, which comes with libsumo, would start threads. Of huge pages few have to be listed for a
+    child. What a child frees it keeps at hand and takes again: the free places that loading the net
+    has left are scattered over pages that it shares, each of which it would have to copy.
     """
     known = os.environ.get("GLIBC_TUNABLES")
-    tunables = ":".join(filter(None, [known, "glibc.malloc.hugetlb=1"]))
+    tunables = ":".join(filter(None, [known, *MALLOC]))
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     return {"GLIBC_TUNABLES": tunables, **threads}
 

@@ -52,7 +52,7 @@ class Aims(NamedTuple):
     worker_mb: float
 
 
-AIMS = {"berlin": Aims(1 / 15, 15.0, 200.0), "luxembourg": Aims(1 / 30, 25.0, 300.0)}
+AIMS = {"berlin": Aims(1 / 15, 15.0, 430.0), "luxembourg": Aims(1 / 30, 25.0, 430.0)}
 
 
 def towns() -> Iterator[tuple[str, OpenScenario]]:
