@@ -98,15 +98,23 @@ def retried(outcome: Outcome, times: int) -> Outcome:
     return replace(outcome, timing=outcome.timing | {"retries": times})
 
 
+def start_trackers() -> None:
+    """Start what clears away after processes: later that would let a deaf thread hear again."""
+    if os.name == "posix":
+        from multiprocessing import resource_tracker as own
+
+        from joblib.externals.loky.backend import resource_tracker
+
+        start_tracker(resource_tracker)
+        start_tracker(own)
+
+
 @contextmanager
 def _pool(workers: int) -> Iterator[Executor]:
     """Give processes that each end when this one does, however it does."""
     from joblib.externals.loky import ProcessPoolExecutor
 
-    if os.name == "posix":
-        from joblib.externals.loky.backend import resource_tracker
-
-        start_tracker(resource_tracker)
+    start_trackers()
     held, alive = Pipe(duplex=False)
     with (
         held,

@@ -446,3 +446,27 @@ def test_a_quick_run_is_another_experiment(
     bad.write_text(TEXT.replace("[200, -1, 500]", "[-1]"))
     failed = run_command("experiment", bad, "-o", tmp_path / "bad", *chosen)
     assert (failed.code, "1 failed: sensor.radius_m" in failed.out) == (1, True)
+
+
+def test_processes_hear_no_ctrl_c_while_they_start(tmp_path: Path) -> None:
+    """They would print a traceback each if it came in the midst of their imports."""
+    code = (
+        "from joblib.externals.loky import ProcessPoolExecutor\n"
+        "from planner.experiments.processes import _pool, start_trackers\n"
+        "from planner.interrupts import children_deaf\n"
+        "from support.dying_rides import blocked\n"
+        "if __name__ == '__main__':\n"
+        "    start_trackers()\n"
+        "    for kind in (ProcessPoolExecutor, _pool):\n"
+        "        with kind(1) as pool:\n"
+        "            with children_deaf():\n"
+        "                first = pool.submit(blocked)\n"
+        "            print(first.result())\n"
+    )
+    script = tmp_path / "pool.py"
+    script.write_text(code, encoding="utf-8")
+    here = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, str(script)], env=here, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "handled, blocked\nignored, heard again\n"

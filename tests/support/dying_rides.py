@@ -38,3 +38,10 @@ def threads_and_modules(session: Session) -> tuple[int, set[str]]:
 
     drive_session(session)
     return len([*Path("/proc/self/task").iterdir()]), {name.split(".")[0] for name in sys.modules}
+
+
+def blocked() -> str:
+    """Tell what a process of a pool does with Ctrl-C."""
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    heard = signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    return f"{'ignored' if ignored else 'handled'}, {'heard again' if heard else 'blocked'}"
