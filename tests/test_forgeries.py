@@ -499,3 +499,10 @@ def test_the_checker_stands_alone() -> None:
         ]
         ours = {"numpy", "pyarrow", "verify_inputs", "verify_files", "verify_flight"}
         assert set(words) <= ours | set(sys.stdlib_module_names)
+
+
+def test_what_a_file_says_is_shown_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(TOOLS)
+    shown = import_module("verify_files").shown
+    assert shown("\x1b[2J" + "a\nb" + 300 * "c") == (" [2Ja b" + 300 * "c")[:200]
+    assert shown(None) == "None"

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 sys.path.append(str(Path(__file__).parent))  # however this file is run
-from verify_files import Array, RefusedError, one_line
+from verify_files import Array, RefusedError, one_line, shown
 from verify_flight import are_flown, legs_on
 from verify_inputs import Claim, Given, Inputs, Net, Prefix, read_inputs
 
@@ -416,7 +416,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     for claim in claims:
         verdict = "holds" if claim.wrong <= TOLERANCE else "WRONG"
-        print(f"{claim.name}: claimed {claim.claimed}, found {claim.found}: {verdict}")
+        print(
+            f"{claim.name}: claimed {shown(claim.claimed)}, found {shown(claim.found)}: {verdict}"
+        )
     return 0 if all(claim.wrong <= TOLERANCE for claim in claims) else 1
 
 

@@ -139,9 +139,13 @@ def opened(folder: Path, name: str) -> Path:
 
 
 def one_line(error: BaseException) -> str:
-    """Return an error's text without line breaks and control characters, and not too long."""
-    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return "".join(c if c.isprintable() else " " for c in str(text))[:200]
+    """Return an error's text as `shown` has it."""
+    return shown(getattr(error, "strerror", None) or str(error) or type(error).__name__)
+
+
+def shown(value: object) -> str:
+    """Return something as text without line breaks and control characters, and not too long."""
+    return "".join(c if c.isprintable() else " " for c in str(value))[:200]
 
 
 def read_json(folder: Path, name: str) -> Fields:

@@ -132,6 +132,7 @@ def _network(path: Path, sha256: str, source: Path, attribution: str) -> RoadNet
     return network
 
 
+@np.errstate(over="ignore", invalid="ignore")  # absurd extents are refused for what they are
 def _refuse_other_units(network: RoadNetwork, source: Path) -> None:
     """Refuse a net whose coordinates cannot be metres; to drive and fly it would take for ever."""
     low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)

@@ -114,3 +114,11 @@ def test_a_number_that_is_none_is_said(tmp_path: Path) -> None:
         InputError, match=r"changed\.net\.xml: its lanes, links or signals cannot be read"
     ):
         signals_of(network)
+
+
+def test_a_net_larger_than_numbers_is_refused_without_a_warning(tmp_path: Path) -> None:
+    text = town().path.read_text(encoding="utf-8").replace('x="560.00"', 'x="1e308"')
+    assert "1e308" in text
+    (tmp_path / "huge.net.xml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="more than the Earth"):
+        read_net(tmp_path / "huge.net.xml")
