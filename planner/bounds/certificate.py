@@ -5,15 +5,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Prefix, Search
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
+from planner.detection.chase import chased_alone
 from planner.detection.evaluate import evaluate
-from planner.detection.kernels.closest_approach import first_in_reach
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.progress import Progress, silent
@@ -74,7 +72,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
-    most = float(weight @ objective.reward(earliest(movements)))
+    most = _most(problem)
     if not plan.follows_roads:
         return Certificate(value, objective.value(most), "free")
     steps, trace = itertools.count(1), list[TracePoint]()
@@ -102,11 +100,17 @@ def proven_bound(movements: Movements, certificate: Certificate) -> float:
     NotApplicableError
         If bins as long as it says make no table.
     """
-    objective, weight = movements.problem.objective, movements.problem.futures.weight
-    most = float(weight @ objective.reward(earliest(movements)))
+    objective = movements.problem.objective
+    most = _most(movements.problem)
     if certificate.plan_class == "roads":
         most = min(most, proven_reward(movements, certificate.bin_s, certificate.proof))
     return objective.value(most)
+
+
+def _most(problem: Problem) -> float:
+    """Return the reward of a flight that chased each particle alone, which none surpasses."""
+    seen_at = chased_alone(problem.futures, problem.uav, problem.sensor)
+    return float(problem.futures.weight @ problem.objective.reward(seen_at))
 
 
 def _searched(
@@ -120,26 +124,3 @@ def _searched(
     while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)
     return search
-
-
-def earliest(movements: Movements) -> Floats:
-    """Return when a UAV that knew each particle could first meet it, (N,) seconds; inf: never.
-
-    The circle around the place of take-off with the detection radius grows with the UAV's speed;
-    a particle can be seen as soon as it is inside.
-    """
-    uav, sensor = movements.problem.uav, movements.problem.sensor
-    seen_at = np.full(len(movements.problem.futures), np.inf)
-    motion, particle = movements.pieces
-    columns = (column.tolist() for column in motion)
-    for k, from_s, to_s, x, y, vx, vy in zip(particle.tolist(), *columns, strict=True):
-        begin_s = max(from_s, uav.take_off_s)
-        if begin_s > to_s or seen_at[k] <= begin_s:
-            continue
-        moved_s = begin_s - from_s
-        offset_m = (x + vx * moved_s - uav.x_m, y + vy * moved_s - uav.y_m)
-        ring_m = sensor.radius_m + uav.speed_mps * (begin_s - uav.take_off_s)
-        after_s = first_in_reach(offset_m, (vx, vy), ring_m, uav.speed_mps)
-        if begin_s + after_s <= to_s:
-            seen_at[k] = begin_s + after_s
-    return seen_at

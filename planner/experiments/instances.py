@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.bounds.certificate import Effort, certified, earliest, gap_of
-from planner.bounds.movements import Movements
+from planner.bounds.certificate import Effort, certified, gap_of
+from planner.detection.chase import chased_alone
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError, NotApplicableError
@@ -157,6 +157,7 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
         return Bound(found.value, found.bound, found.plan_class)
     except NotApplicableError as error:
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)
-        least_s = np.minimum(earliest(Movements(problem)), problem.horizon_s)
+        seen_at = chased_alone(futures, problem.uav, problem.sensor)
+        least_s = np.minimum(seen_at, problem.horizon_s)
         bound_s = float(futures.weight @ least_s)
         return Bound(flown.expected_detection_time_s, bound_s, "free", str(error))

@@ -15,8 +15,8 @@ import pyarrow.parquet
 import pytest
 
 from planner.arrays import Floats
-from planner.bounds.certificate import Effort, certified, earliest, gap_of
-from planner.bounds.movements import Movements
+from planner.bounds.certificate import Effort, certified, gap_of
+from planner.detection.chase import chased_alone
 from planner.detection.evaluate import evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
@@ -112,7 +112,7 @@ def test_earliest_is_reached_and_never_undercut(seed: int) -> None:
     """Whoever flies straight to where the particle is met meets it then, and nobody sooner."""
     problem = random_problem(seed)
     uav, radius_m = problem.uav, problem.sensor.radius_m
-    met_s = earliest(Movements(problem))
+    met_s = chased_alone(problem.futures, uav, problem.sensor)
     assert np.all(met_s >= uav.take_off_s)
     for k in np.flatnonzero(met_s < problem.horizon_s).tolist():
         x, y = problem.futures.xy(k, met_s[k])

@@ -52,6 +52,16 @@ class StraightMotion(NamedTuple):
     until_s: float  # when it ends, seconds; infinity: never
 
 
+class Chaser(NamedTuple):
+    """A UAV that may fly wherever it likes, and what it sees."""
+
+    x_m: float  # where it takes off
+    y_m: float
+    take_off_s: float  # seconds on the target's clock
+    speed_mps: float
+    radius_m: float  # of detection
+
+
 @compiled
 def first_within(offset: Vector, drift: Vector, duration_s: float, radius_m: float) -> float:
     """Return the first second in [0, duration] at which two bodies are within the radius.
@@ -209,5 +219,29 @@ def seen_by_flight(
             seen_s = seen_in_flight(flight, points, futures, particle, window, radius_m)
             if seen_s < np.inf:
                 seen_at[particle] = seen_s
+                break
+    return seen_at
+
+
+@compiled
+def caught_at(chaser: Chaser, futures: FuturesColumns) -> Floats:
+    """Return when a UAV that chases one particle alone first sees it, (N,), infinity if never."""
+    knots, seen_at = knots_of(futures), np.full(len(futures.gone), np.inf)
+    for particle in range(len(seen_at)):
+        k_end = futures.first_knot[particle + 1]
+        for k in range(futures.first_knot[particle], k_end):
+            begin_s = max(knots.time_s[k], chaser.take_off_s)
+            motion = motion_at(knots, k, k_end, begin_s)
+            # One that is gone after its last knot is there for that moment alone.
+            is_moment = k + 1 == k_end and futures.gone[particle]
+            to_s = knots.time_s[k] if is_moment else motion.until_s
+            if begin_s > to_s:
+                continue
+            offset = (motion.x_m - chaser.x_m, motion.y_m - chaser.y_m)
+            reach_m = chaser.radius_m + chaser.speed_mps * (begin_s - chaser.take_off_s)
+            drift = (motion.vx_mps, motion.vy_mps)
+            after_s = first_in_reach(offset, drift, reach_m, chaser.speed_mps)
+            if begin_s + after_s <= to_s:
+                seen_at[particle] = begin_s + after_s
                 break
     return seen_at

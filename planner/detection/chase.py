@@ -1,0 +1,26 @@
+"""How soon each target could be seen by a UAV that knew where it is going: nobody does better."""
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.detection.first_detection import columns
+from planner.detection.kernels.closest_approach import Chaser, caught_at
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
+from planner.futures.futures import Futures
+
+
+def chased_alone(futures: Futures, uav: Uav, sensor: Sensor) -> Floats:
+    """Return when the UAV could first see each particle if it chased that one alone, (N,) seconds.
+
+    The circle around the place of take-off with the detection radius grows with the UAV's speed;
+    a particle can be seen as soon as it is inside. Never is infinity.
+    """
+    chaser = Chaser(
+        float(uav.x_m),
+        float(uav.y_m),
+        float(uav.take_off_s),
+        float(uav.speed_mps),
+        float(sensor.radius_m),
+    )
+    return np.asarray(caught_at(chaser, columns(futures)))
