@@ -26,6 +26,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
 from planner.flight.plan import Plan
@@ -77,6 +78,7 @@ class _Found(_Planned):
     """The result of a search, and what it is worth."""
 
     trial: Trial = field(kw_only=True)
+    prospects: Prospects = field(kw_only=True)  # of any flight, on the same fresh targets
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
 
     @property
@@ -171,8 +173,13 @@ def _evaluated(
             return sentences.so_far(attempt.evaluated_on(first))
 
         fresh = evaluation_recorded(arguments, opened, begins=preview, note=so_far)
-    trial = attempt.met(fresh.futures)
-    return _Found(**vars(planned), trial=trial, fresh=targets.are)
+    problem = planned.problem
+    return _Found(
+        **vars(planned),
+        trial=attempt.met(fresh.futures),
+        prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
+        fresh=targets.are,
+    )
 
 
 def _planned(
@@ -239,6 +246,8 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row)
+    if not opened.network.is_abstract:
+        yield from sentences.prospects_lines(found.prospects)
     hint = sentences.particles_hint(trial.planned, trial.evaluated, opened.scenario.search.sampling)
     same_belief = opened.scenario.truth == opened.scenario.target
     if hint and same_belief and not own:

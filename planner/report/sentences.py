@@ -4,7 +4,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from planner.bounds.certificate import Certificate
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
+from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
 from planner.mission.own_futures import ENOUGH
 from planner.report.tables import Fresh, MethodRow
@@ -91,6 +93,23 @@ def certificate_line(certificate: Certificate, by_s: float | None) -> str:
         f"found by the deadline {certificate.value:.1%}; no {kind} is above "
         f"{certificate.bound:.1%} on these particles: {gap}"
     )
+
+
+def prospects_lines(found: Prospects) -> list[str]:
+    """Return how many targets leave the map, and what no flight surpasses, in words."""
+    if found.gone <= 0.0:
+        return []
+    moments = [f"{share:.0%} by {clock(moment_s)}" for moment_s, share in found.gone_by]
+    by_end = f"{found.gone:.0%} by {clock(found.ceiling.objective.horizon_s)}"
+    left = f"have left the map: {', '.join([*moments, by_end])}"
+    at_most = f"no flight finds more than {found.ceiling.detection_probability:.1%}"
+    lines = [f"{left}; {at_most} (each target chased alone)"]
+    if found.many_leave:
+        lines.append(
+            "many targets leave the map, which no flight here can follow: take a larger net before "
+            "you trust these odds"
+        )
+    return lines
 
 
 def gap_line(gap: float) -> str:

@@ -5,6 +5,7 @@ import numpy as np
 from planner.bounds.certificate import Certificate
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
+from planner.detection.prospects import Prospects
 from planner.report import sentences as remarks
 from planner.report.tables import MethodRow
 
@@ -57,3 +58,17 @@ def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
     said = remarks.world_line(0.6, {"found_by_probability": 0.5, "targets": 10_000}, 600.0)
     assert "with 49.0% to 51.0%" in said
     assert "at most 11.0 points below the best" in said
+
+
+def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
+    ceiling = Evaluation(
+        np.array([10.0, np.inf]), np.full(2, 0.5), np.full(2, 900.0), Objective(1000.0)
+    )
+    said = remarks.prospects_lines(Prospects(((300.0, 0.25), (600.0, 0.25)), 0.5, ceiling))
+    assert said[0] == (
+        "have left the map: 25% by 0:05:00, 25% by 0:10:00, 50% by 0:16:40; "
+        "no flight finds more than 50.0% (each target chased alone)"
+    )
+    assert "larger net" in said[1]
+    assert len(remarks.prospects_lines(Prospects((), 0.1, ceiling))) == 1
+    assert remarks.prospects_lines(Prospects((), 0.0, ceiling)) == []

@@ -1,0 +1,51 @@
+"""What any flight has to reckon with: targets leave the map, and some are out of reach."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.detection.chase import chased_alone
+from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
+from planner.detection.sensor import Sensor
+from planner.flight.uav import Uav
+from planner.futures.futures import Futures
+
+MOMENTS_S = (300.0, 600.0, 1200.0)  # at which the share that has left is told
+MUCH = 0.1  # of the targets; if more leave, the net is too small to judge a search by
+
+
+@dataclass(frozen=True, eq=False)
+class Prospects:
+    """How many targets have left the map by when, and how many a flight can find at most."""
+
+    gone_by: tuple[tuple[float, float], ...]  # seconds on the target's clock, probability
+    gone: float  # probability of having left by the horizon
+    ceiling: Evaluation  # each target chased alone: what no flight surpasses
+
+    @property
+    def many_leave(self) -> bool:
+        """Whether so many leave that a larger net would give another answer."""
+        return self.gone > MUCH
+
+
+def prospects(futures: Futures, uav: Uav, sensor: Sensor, objective: Objective) -> Prospects:
+    """Return what any flight of a UAV has to reckon with on given futures."""
+    horizon_s = objective.horizon_s
+    moments_s = [moment_s for moment_s in MOMENTS_S if moment_s < horizon_s]
+    return Prospects(
+        gone_by=tuple((moment_s, gone_by(futures, moment_s)) for moment_s in moments_s),
+        gone=gone_by(futures, horizon_s),
+        ceiling=Evaluation(
+            chased_alone(futures, uav, sensor), futures.weight, futures.end_s, objective
+        ),
+    )
+
+
+def gone_by(futures: Futures, time_s: float) -> float:
+    """Return the probability that the target was there and has left the map before a time.
+
+    Recorded motion ends at the horizon: who is still there then has not left.
+    """
+    left = futures.gone & (futures.end_s < time_s) & (futures.end_s > -np.inf)
+    return float(futures.weight @ left)
