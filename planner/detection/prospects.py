@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.arrays import Flags, Floats
 from planner.detection.chase import chased_alone
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
@@ -47,5 +48,19 @@ def gone_by(futures: Futures, time_s: float) -> float:
 
     Recorded motion ends at the horizon: who is still there then has not left.
     """
-    left = futures.gone & (futures.end_s < time_s) & (futures.end_s > -np.inf)
-    return float(futures.weight @ left)
+    return float(futures.weight @ _left(futures, time_s))
+
+
+def left_unseen(futures: Futures, seen_at: Floats, time_s: float) -> float:
+    """Return the probability that the target has left the map before a time, and unseen.
+
+    Parameters
+    ----------
+    seen_at
+        When each particle is seen, (N,) seconds.
+    """
+    return float(futures.weight @ (_left(futures, time_s) & (seen_at > futures.end_s)))
+
+
+def _left(futures: Futures, time_s: float) -> Flags:
+    return np.asarray(futures.gone & (futures.end_s < time_s) & (futures.end_s > -np.inf))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.experiments.results import Row
 from planner.files import written_whole
 from planner.report.estimates import EXPECTED, estimate, levels
-from planner.report.picture import AS_FILE, STYLE
+from planner.report.figure import AS_FILE, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.arrays import Floats
+from planner.detection.chase import chased_alone
 from planner.detection.evaluation import Evaluation
+from planner.detection.prospects import left_unseen
 from planner.flight.pieces import flight_span
 from planner.flight.plan import Plan
 from planner.report.formats import time_unit
@@ -56,7 +59,11 @@ def draw_curves(
     start_s = min(0.0, problem.uav.take_off_s)
     for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
-    _draw_arrivals(axes, list(evaluations.values())[-1], until_s, unit_s)
+    if problem.network.is_abstract:
+        _draw_arrivals(axes, list(evaluations.values())[-1], until_s, unit_s)
+    else:
+        seen_at = next(iter(evaluations.values())).seen_at
+        _draw_limits(axes, problem, seen_at, until_s, unit_s)
     label = "horizon"
     if until_s < problem.horizon_s:
         label = f"horizon: {problem.horizon_s / unit_s:,.0f} {unit}, farther right"
@@ -114,6 +121,24 @@ def _draw_arrivals(axes: "Axes", evaluation: Evaluation, until_s: float, unit_s:
         first, last = float(ends_s.min()), min(float(ends_s.max()), until_s)
         label = "targets reach their goal"
         axes.axvspan(first / unit_s, last / unit_s, color="#f0e442", alpha=0.25, lw=0, label=label)
+
+
+def _draw_limits(
+    axes: "Axes", problem: Problem, seen_at: Floats, until_s: float, unit_s: float
+) -> None:
+    """Shade what has left the map unseen, from above, and draw what no flight surpasses."""
+    times_s = np.linspace(0.0, until_s, 200)
+    futures = problem.futures
+    left = np.array([left_unseen(futures, seen_at, time_s) for time_s in times_s.tolist()])
+    if left.any():
+        shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
+        label = f"left the map unseen: {left[-1]:.0%}"
+        axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
+    at_best_s = chased_alone(futures, problem.uav, problem.sensor)
+    ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
+    if ceiling < MOST_OF_ALL:
+        dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
+        axes.axhline(ceiling, label=f"no flight finds more than {ceiling:.0%}", **dots)
 
 
 def _draw_time_strip(

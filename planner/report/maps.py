@@ -40,7 +40,12 @@ class View:
     @classmethod
     def of(cls, network: RoadNetwork, *, margin: float = 0.07) -> "View":
         """Return the square around a net, with a margin as a share of its size on each side."""
-        low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
+        return cls.around(network.shape_xy_m, margin=margin)
+
+    @classmethod
+    def around(cls, xy_m: Floats, *, margin: float = 0.07) -> "View":
+        """Return the square around points, (k, 2) metres, with a margin as for a net."""
+        low, high = xy_m.min(axis=0), xy_m.max(axis=0)
         size = max(float((high - low).max()), 1.0) * (1 + 2 * margin)
         west, south = ((low + high) / 2 - size / 2).tolist()
         return cls(west, south, size)

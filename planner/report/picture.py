@@ -1,29 +1,23 @@
 """Pictures: a plan with what it achieves, and where the target may be at a time."""
 
-import logging
-import re
-import textwrap
-import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
-from planner.files import written_whole
+from planner.detection.prospects import left_unseen
 from planner.flight.pieces import pieces, segments
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
-from planner.messages import plain
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import draw_curves, shown_until_s
-from planner.report.fonts import font_families
+from planner.report.figure import axes_at, new_figure
 from planner.report.formats import length
 from planner.report.maps import (
     FOUND_COLOUR,
@@ -36,33 +30,16 @@ from planner.report.maps import (
     draw_targets,
     time_colours,
 )
+from planner.report.town_map import draw_finds, draw_search, finds_of, list_finds, view_of_search
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-STYLE = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.labelcolor": "#444444",
-    "axes.spines.top": True,
-    "svg.hashsalt": "planner",
-    "text.parse_math": False,  # a dollar sign in a name is one
-}
-# Undated, or the same picture would differ from day to day; quickly compressed.
-AS_FILE: dict[str, dict[str, Any]] = {
-    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}},
-    ".svg": {"metadata": {"Date": None}},
-    ".pdf": {"metadata": {"CreationDate": None}},
-}
 COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
-MOMENTS = 4
+# How many moments are shown beside a plan, and how wide, inches.
+ON_GRID, IN_TOWN = (4, 1.375), (3, 1.86)
 MOST_PIECES = 300  # of a flight, that a map shows
-TITLE: dict[str, Any] = {"size": 12.5, "weight": "bold"}
-TITLE_LEFT_INCH, TITLE_LINE_INCH = 0.25, 0.23
-
-log = logging.getLogger(__name__)
 
 
 def plan_picture(
@@ -89,20 +66,25 @@ def plan_picture(
     """
     seen_at = next(iter(evaluations.values())).seen_at
     attribution = problem.network.attribution
-    with _figure(path, (12.8, 6.9), title, attribution) as figure:
+    with new_figure(path, (12.8, 6.9), title, attribution) as figure:
         until_s = shown_until_s(problem, evaluations.values())
-        _draw_plan(_axes(figure, 0.65, 0.6, 5.45, 5.45), problem, plan, until_s)
-        curves = _axes(figure, 6.9, 2.75, 5.75, 3.3)
+        in_town = not problem.network.is_abstract
+        draw, (many, wide) = (_draw_town, IN_TOWN) if in_town else (_draw_plan, ON_GRID)
+        view = draw(axes_at(figure, 0.65, 0.6, 5.45, 5.45), problem, plan, seen_at, until_s)
+        curves = axes_at(figure, 6.9, wide + 1.375, 5.75, 4.675 - wide)
         draw_curves(curves, problem, plan, evaluations, until_s)
-        moments = moments_s(problem, seen_at)
+        moments = moments_s(problem, seen_at, many)
         unit, unit_s = ("s", 1.0) if any(t % 60.0 for t in moments) else ("min", 60.0)
         for moment, time_s in enumerate(moments):
-            axes = _axes(figure, 6.9 + 1.458 * moment, 0.25, 1.375, 1.375)
-            share = _draw_moment(axes, problem, plan, seen_at, time_s)
+            axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
+            share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
-            axes.set_title(label, size=9.0, pad=3.5)
+            left = left_unseen(problem.futures, seen_at, time_s)
+            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=9.0, pad=3.5)
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
-        figure.text(6.9 / 12.8, 1.97 / figure.get_figheight(), note, size=9.5)
+        if in_town and problem.futures.gone.any():
+            note += "\ngone: has left the map, not found"
+        figure.text(6.9 / 12.8, (wide + 0.595) / figure.get_figheight(), note, size=9.5)
 
 
 def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str = "") -> None:
@@ -117,10 +99,10 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
     roads = network.edge_road[state.edge[known]]
     probability = np.zeros(len(network.road_ids))
     np.add.at(probability, roads, state.weight[known])
-    with _figure(path, (7.6, 6.9), title, network.attribution) as figure:
-        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+    with new_figure(path, (7.6, 6.9), title, network.attribution) as figure:
+        axes = axes_at(figure, 0.65, 0.6, 5.45, 5.45)
         view = View.of(network)
-        _colour_roads(axes, network, view, probability, _axes(figure, 6.4, 1.3, 0.16, 4.0))
+        _colour_roads(axes, network, view, probability, axes_at(figure, 6.4, 1.3, 0.16, 4.0))
         draw_targets(axes, view, state.xy_m, state.weight, colour="black", points=200.0)
         view.frame(axes, numbered=True)
         axes.set_title(
@@ -128,80 +110,6 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
             "discs: particles, area is probability",
             loc="left",
         )
-
-
-@contextmanager
-def _figure(
-    path: Path, size_inch: tuple[float, float], title: str, attribution: str = ""
-) -> Iterator["Figure"]:
-    """Give a figure that is written whole at the end, whatever the user's own style.
-
-    It is empty but for its title, and in small print at its foot whose data it shows.
-    """
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    title, attribution = plain(title), plain(attribution)
-    families, missing = font_families(title + attribution)
-    if missing:
-        log.warning(
-            "%s: no font here has %s; the text shows boxes for them, until one is installed "
-            "(such as Noto Sans)",
-            path.name,
-            " ".join(missing[:10]),
-        )
-    with style.context(["default", {**STYLE, "font.family": families}]), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing from")
-        figure = Figure(figsize=size_inch)
-        FigureCanvasAgg(figure)
-        lines = _title_lines(figure, title)
-        figure.set_figheight(size_inch[1] + TITLE_LINE_INCH * (len(lines) - 1))
-        for number, line in enumerate(lines):
-            top_inch = 0.33 + TITLE_LINE_INCH * number
-            y = 1 - top_inch / figure.get_figheight()
-            figure.text(TITLE_LEFT_INCH / size_inch[0], y, line, **TITLE)
-        if attribution:
-            small: dict[str, Any] = {"size": 6.0, "color": "#666666", "ha": "right"}
-            across = 1 - 0.1 / figure.get_figwidth()
-            filled = textwrap.fill(attribution, int(figure.get_figwidth() * 20))
-            figure.text(across, 0.06 / figure.get_figheight(), filled, **small)
-        yield figure
-        kind = path.suffix.lower()
-        with written_whole(path) as new:
-            figure.savefig(new, format=kind[1:] or "png", dpi=120, **AS_FILE.get(kind, {}))
-
-
-def _title_lines(figure: "Figure", title: str) -> list[str]:
-    """Return a title in lines that fit into the picture; parted within words where it has to be."""
-    from matplotlib.text import Text
-
-    canvas: Any = figure.canvas
-    renderer = canvas.get_renderer()
-    wide = (figure.get_figwidth() - 2 * TITLE_LEFT_INCH) * figure.dpi
-
-    def fits(line: str) -> bool:
-        text = Text(text=line, figure=figure, **TITLE)
-        return bool(text.get_window_extent(renderer).width <= wide)
-
-    lines = [""]
-    for word in re.findall(r"\s*\S+", title):
-        if fits(lines[-1] + word):
-            lines[-1] += word
-            continue
-        if lines[-1]:
-            lines.append("")
-        for character in word.strip():
-            if lines[-1] and not fits(lines[-1] + character):
-                lines.append("")
-            lines[-1] += character
-    return lines
-
-
-def _axes(figure: "Figure", left: float, bottom: float, width: float, height: float) -> "Axes":
-    """Return axes placed in inches: quicker to draw, and steadier, than a layout that is sought."""
-    across, up = figure.get_size_inches().tolist()
-    return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def _colour_roads(
@@ -223,7 +131,29 @@ def _colour_roads(
     key.yaxis.set_major_formatter(PercentFormatter(1.0))
 
 
-def _draw_plan(axes: "Axes", problem: Problem, plan: Plan, until_s: float) -> None:
+def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, until_s: float) -> View:
+    """Draw a flight in a town, and number where it finds first; return the part shown."""
+    view = view_of_search(problem, plan, until_s)
+    flight = draw_search(axes, problem, plan, until_s, view)
+    finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 25)
+    draw_finds(axes, view, finds)
+    for track in plan.tracks:
+        _mark_uav(axes, view, track, -np.inf, size=9.0)
+    view.frame(axes, numbered=True)
+    list_finds(axes, view, finds, flight)
+    key = "coloured by time as under the curves; numbers: the first places of likely finds"
+    axes.set_title(f"{_flight_note(problem, view)}\n{key}", loc="left")
+    return view
+
+
+def _draw_plan(
+    axes: "Axes",
+    problem: Problem,
+    plan: Plan,
+    seen_at: Floats,  # noqa: ARG001
+    until_s: float,
+) -> View:
+    """Draw a plan on an abstract net, roads in order; return the part shown, which is all."""
     view = View.of(problem.network)
     parts = pieces(plan) if plan.follows_roads else segments(plan)
     flight = [piece for piece in parts if piece.start_s < until_s][:MOST_PIECES]
@@ -238,13 +168,14 @@ def _draw_plan(axes: "Axes", problem: Problem, plan: Plan, until_s: float) -> No
     note = _flight_note(problem, view) + ("" if numbered else " numbers where there is room;")
     more = any(until_s <= piece.start_s < problem.horizon_s for piece in parts)
     axes.set_title(f"{note}\n{_key(plan, until_s if more else None)}", loc="left")
+    return view
 
 
 def _draw_moment(
-    axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, time_s: float
+    axes: "Axes", problem: Problem, plan: Plan, view: View, seen_at: Floats, time_s: float
 ) -> float:
     """Draw where the targets and the UAV are at a time; return which share is found by then."""
-    view, futures = View.of(problem.network), problem.futures
+    futures = problem.futures
     draw_net(axes, problem.network, view, width=0.7)
     xy_m, found = futures.positions(time_s), seen_at <= time_s
     for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
@@ -269,7 +200,7 @@ def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: fl
     axes.plot(x, y, "^", ms=size, mfc=face, mec=UAV_COLOUR, mew=1.6, zorder=7, clip_on=False)
 
 
-def moments_s(problem: Problem, seen_at: Floats) -> list[float]:
+def moments_s(problem: Problem, seen_at: Floats, many: int) -> list[float]:
     """Return times from take-off until nine tenths of the sightings are made, evenly apart.
 
     They are whole minutes where these are as far apart, else whole seconds; none stands there
@@ -278,7 +209,7 @@ def moments_s(problem: Problem, seen_at: Floats) -> list[float]:
     first_s = problem.uav.take_off_s
     seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
     last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
-    times_s = np.linspace(first_s, max(first_s, last_s), MOMENTS)
+    times_s = np.linspace(first_s, max(first_s, last_s), many)
     unit_s = 60.0 if times_s[1] - times_s[0] >= 60.0 else 1.0
     return list(dict.fromkeys(float(t) for t in np.ceil(times_s / unit_s) * unit_s))
 

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -21,9 +20,11 @@ from planner.futures.state_at import state_at
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import shown_until_s
+from planner.report.figure import axes_at, new_figure
 from planner.report.maps import View, draw_order
-from planner.report.picture import _axes, _figure, moments_s, plan_picture, where_picture
+from planner.report.picture import moments_s, plan_picture, where_picture
 from planner.search.plan import plan_of_legs, plan_of_wait
+from support.drawn_texts import texts
 from support.grid_instance import grid_futures, grid_problem
 
 PROBLEM = grid_problem(grid_futures(60, np.random.default_rng(1)), distance_m=60000.0)
@@ -37,13 +38,6 @@ def evaluated(plan: Plan) -> dict[str, Evaluation]:
         name: evaluate(plan.tracks, futures, PROBLEM.sensor, PROBLEM.objective)
         for name, futures in (("planned", PROBLEM.futures), ("fresh", fresh))
     }
-
-
-def texts(svg: Path) -> list[str]:
-    """What an SVG says, which matplotlib notes in comments beside the letters' outlines."""
-    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-    tree = ElementTree.parse(svg, parser)
-    return [(part.text or "").strip() for part in tree.iter() if part.tag is ElementTree.Comment]
 
 
 @pytest.mark.parametrize("kind", [".png", ".svg", ".pdf"])
@@ -77,8 +71,8 @@ def ordered(
     path: Path, network: RoadNetwork, flight: Sequence[Piece]
 ) -> tuple[bool, list[str], list[Any]]:
     """Whether all numbers of a flight found room, their labels, and the labels' boxes."""
-    with _figure(path, (7.6, 6.9), "") as figure:
-        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+    with new_figure(path, (7.6, 6.9), "") as figure:
+        axes = axes_at(figure, 0.65, 0.6, 5.45, 5.45)
         view = View.of(network)
         all_there = draw_order(axes, view, flight, np.zeros((len(flight), 4)))
         view.frame(axes, numbered=False)
@@ -118,10 +112,10 @@ def test_moments_are_never_the_same() -> None:
     """Seven seconds apart on a search of an hour; and once where all is found at once."""
     problem = PROBLEM.replace(objective=Objective(3600.0))
     seen = np.append(np.linspace(5.0, 21.0, 10), [21.0] * 50)
-    assert moments_s(problem, seen) == [0.0, 7.0, 14.0, 21.0]
-    assert moments_s(problem, np.full(60, 0.0)) == [0.0]
-    assert moments_s(problem, np.full(60, 1790.0)) == [0.0, 600.0, 1200.0, 1800.0]
-    assert moments_s(problem, np.full(60, np.inf)) == [0.0, 1200.0, 2400.0, 3600.0]
+    assert moments_s(problem, seen, 4) == [0.0, 7.0, 14.0, 21.0]
+    assert moments_s(problem, np.full(60, 0.0), 4) == [0.0]
+    assert moments_s(problem, np.full(60, 1790.0), 4) == [0.0, 600.0, 1200.0, 1800.0]
+    assert moments_s(problem, np.full(60, np.inf), 4) == [0.0, 1200.0, 2400.0, 3600.0]
 
 
 def test_the_axis_of_times_ends_soon_after_the_last_sightings() -> None:
@@ -202,8 +196,8 @@ def test_numbers_without_room_share_their_road_s_label(tmp_path: Path) -> None:
 def test_the_labels_of_a_small_map_stay_in_the_picture(
     tmp_path: Path, berlin: OpenScenario
 ) -> None:
-    with _figure(tmp_path / "a.png", (7.6, 6.9), "") as figure:
-        axes = _axes(figure, 0.65, 0.6, 5.45, 5.45)
+    with new_figure(tmp_path / "a.png", (7.6, 6.9), "") as figure:
+        axes = axes_at(figure, 0.65, 0.6, 5.45, 5.45)
         View.of(berlin.network).frame(axes, numbered=True)
         figure.canvas.draw()
         for axis in (axes.xaxis, axes.yaxis):
