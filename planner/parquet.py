@@ -100,7 +100,7 @@ def read_table(path: Path, *, texts: Sequence[str] = ()) -> Any:
         return pyarrow.parquet.ParquetFile(path, read_dictionary=known).read()
     except MemoryError:  # one of pyarrow's exceptions, too
         raise
-    except (pyarrow.ArrowException, OSError) as error:
+    except (pyarrow.ArrowException, OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: is no readable Parquet file ({one_line(error)})") from error
 
 

@@ -35,10 +35,11 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) ->
     timed = evaluated.objective.by_s is None
     if not timed or gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
         return None
-    share = gain_s / planned.expected_detection_time_s
+    planned_s = planned.expected_detection_time_s
+    longer = f"{gain_s / planned_s:.0%}" if planned_s > 0.0 else f"{gain_s:,.0f} s"
     or_evenly = " or --set search.sampling=sobol" if sampling == "iid" else ""
     return (
-        f"fresh targets take {share:.0%} longer to find than the particles planned "
+        f"fresh targets take {longer} longer to find than the particles planned "
         f"with: {len(planned.weight):,} are few here; try --set search.particles="
         f"{4 * len(planned.weight)}{or_evenly}"
     )

@@ -24,6 +24,14 @@ def test_the_hint_comes_when_fresh_targets_take_longer() -> None:
     assert remarks.particles_hint(good, good, "iid") is None
 
 
+def test_the_hint_counts_seconds_where_all_particles_were_seen_at_once() -> None:
+    at_once = Evaluation(np.zeros(400), np.full(400, 1 / 400), np.zeros(400), Objective(1000.0))
+    hint = remarks.particles_hint(at_once, evaluation(2, 300.0), "iid")
+    assert hint is not None
+    assert " s longer to find than the particles" in hint
+    assert "%" not in hint.split(";")[0]
+
+
 def test_the_hint_advises_nothing_that_is_done_already() -> None:
     hint = remarks.particles_hint(evaluation(1, 100.0), evaluation(2, 300.0), "sobol")
     assert hint is not None
