@@ -12,6 +12,7 @@ from planner.mission.own_futures import ENOUGH
 from planner.report.tables import Fresh, MethodRow
 
 TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
+MANY_TIMES = 10.0  # the value in sample; a gain beyond is told in seconds
 
 
 def reasons(rows: Iterable[MethodRow]) -> list[str]:
@@ -36,7 +37,7 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) ->
     if not timed or gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
         return None
     planned_s = planned.expected_detection_time_s
-    longer = f"{gain_s / planned_s:.0%}" if planned_s > 0.0 else f"{gain_s:,.0f} s"
+    longer = f"{gain_s / planned_s:.0%}" if gain_s < MANY_TIMES * planned_s else f"{gain_s:,.0f} s"
     or_evenly = " or --set search.sampling=sobol" if sampling == "iid" else ""
     return (
         f"fresh targets take {longer} longer to find than the particles planned "
