@@ -1,10 +1,13 @@
-"""Times as people and SUMO write them, H:M:S or D:H:M:S: read and written."""
+"""Times as people and SUMO write them, H:M:S, D:H:M:S or a moment: read and written."""
 
 import datetime
 import re
+from contextlib import suppress
 
 from planner.errors import InputError
 from planner.messages import as_written
+
+EARLIEST_YEAR, LATEST_YEAR = 1900, 3000  # in between, no zone and no horizon overflow anything
 
 
 def seconds(value: object) -> float:
@@ -31,6 +34,30 @@ def seconds(value: object) -> float:
     raise InputError(
         f'should be seconds or "H:M:S", not {as_written(value)}; write 5400 or "1:30:00"'
     )
+
+
+def moment(value: object) -> datetime.datetime:
+    """Return the moment of an offset date-time, as TOML has it or as a text of RFC 3339.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or does not say how far its zone is from UTC.
+    """
+    example = "write 2026-05-01T14:05:00+02:00"
+    if isinstance(value, str):
+        with suppress(ValueError):
+            value = datetime.datetime.fromisoformat(value.strip())
+    if not isinstance(value, datetime.datetime):
+        raise InputError(f"should be a date and a time, not {as_written(str(value))}; {example}")
+    if not EARLIEST_YEAR < value.year < LATEST_YEAR:
+        raise InputError(f"the year {value.year} is out of reach; {example}")
+    if value.tzinfo is None:
+        raise InputError(
+            f"{value.isoformat()} does not say in which zone; add its offset from UTC, as in "
+            f"{value.isoformat()}+02:00, or Z for UTC"
+        )
+    return value
 
 
 def sumo_seconds(text: str) -> float:

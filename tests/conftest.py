@@ -2,13 +2,17 @@
 
 import logging
 import os
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
+from planner.files import write_json
+from planner.mission import certificate_file, plan_file
 from planner.mission.opening import OpenScenario
-from support import towns
+from support import plan_schema, towns
 
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "planner"
 os.environ["PLANNER_CACHE"] = str(CACHE)
@@ -18,6 +22,21 @@ logging.getLogger("planner.jit").setLevel(logging.ERROR)
 # The same examples in every run: a check that fails tells of the change under test.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def plans_keep_to_their_schema() -> Iterator[None]:
+    """Every plan that a test writes is as docs/plan.schema.json says."""
+
+    def write(path: Path, content: Mapping[str, Any]) -> None:
+        if path.name == "plan.json" and content.get("schema") != "planner.plan/1":
+            plan_schema.refuse(content)
+        write_json(path, content)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (plan_file, certificate_file):
+            patch.setattr(module, "write_json", write)
+        yield
 
 
 @pytest.fixture

@@ -30,6 +30,13 @@ from support.grid_instance import grid_futures, grid_problem
 
 TOOLS = Path(__file__).parents[1] / "tools"
 JSON = ("plan.json", "run.json", "net.json")
+CHECKER = (
+    "verify.py",
+    "verify_inputs.py",
+    "verify_files.py",
+    "verify_flight.py",
+    "verify_plan.py",
+)
 PARQUET = ("motion.parquet", "weights.parquet", "prices.parquet")
 
 
@@ -291,7 +298,24 @@ FORGERIES: dict[str, Forgery] = {
     "a road without its name": lambda f: f.drop("plan.json", "uavs", 0, "legs", 0, "road"),
     "two flights": lambda f: f.put("plan.json", "uavs", lambda uavs: uavs * 2),
     "no flight": lambda f: f.put("plan.json", "uavs", []),
-    "another schema": lambda f: f.put("plan.json", "schema", "planner.plan/2"),
+    "another schema": lambda f: f.put("plan.json", "schema", "planner.plan/3"),
+    # the aircraft, and where it is
+    "on another net": lambda f: f.put("plan.json", "network", "sha256", "0" * 64),
+    "on no net": lambda f: f.drop("plan.json", "network"),
+    "an offset of one number": lambda f: f.put("plan.json", "network", "net_offset_m", [0.0]),
+    "a projection of a number": lambda f: f.put("plan.json", "network", "projection", 33),
+    "on the Earth": lambda f: f.put("plan.json", "network", "projection", "+proj=utm +zone=33"),
+    "higher": uav("altitude_m", lambda altitude_m: altitude_m + 1.0),
+    "below the ground": uav("altitude_m", -1.0),
+    "as fast as it likes": uav("speed_mps", lambda speed: 2 * speed),
+    "no speed": uav("speed_mps", None),
+    "as long as it likes": uav("max_flight_time_s", 1e5),
+    "from another place": uav("start", "x_m", lambda x: x + 1.0),
+    "from a list": uav("start", [0.0, 0.0]),
+    "from a place in degrees": uav("start", lambda start: start | {"lon": 13.5, "lat": 52.4}),
+    "to a landing of a text": uav("landing", "start"),
+    "to a landing of one number": uav("landing", {"x_m": 0.0}),
+    "a sighting of a number": lambda f: f.put("plan.json", "sighted_at", 5),
     # the net
     "nodes elsewhere": lambda f: f.put("net.json", "node_xy_m", 0, [9e3, 9e3]),
     "fewer roads": fewer_roads,
@@ -408,6 +432,42 @@ def test_forgeries_are_refused(
     assert verdict(tmp_path / "run") in (1, 2)
 
 
+def test_a_plan_of_schema_1_is_read(
+    honest_run: Path, tmp_path: Path, verdict: Callable[[Path], int]
+) -> None:
+    shutil.copytree(honest_run, tmp_path / "run")
+    forger = Forger(tmp_path / "run")
+    content = forger.json("plan.json")
+    for key in ("network", "sighted_at"):
+        del content[key]
+    for key in ("altitude_m", "speed_mps", "max_flight_time_s", "start", "landing"):
+        del content["uavs"][0][key]
+    forger.write("plan.json", content | {"schema": "planner.plan/1"})
+    reseal(forger.folder)
+    assert verdict(forger.folder) == 0
+
+
+def test_degrees_beside_the_metres_are_read(
+    honest_run: Path, tmp_path: Path, verdict: Callable[[Path], int]
+) -> None:
+    shutil.copytree(honest_run, tmp_path / "run")
+    forger = Forger(tmp_path / "run")
+    content, degrees = forger.json("plan.json"), {"lon": 13.5, "lat": 52.4}
+    content["network"]["projection"] = "+proj=utm +zone=33"
+    flight = content["uavs"][0]
+    flight["start"] |= degrees
+    flight["waypoints"] = [[*point, 13.5, 52.4] for point in flight["waypoints"]]
+    forger.write("plan.json", content)
+    reseal(forger.folder)
+    assert verdict(forger.folder) == 0
+    for key, value in (("lon", 181.0), ("lat", -91.0)):
+        uav("start", key, value)(forger)
+        assert verdict(forger.folder) == 2
+        uav("start", key, degrees[key])(forger)
+    uav("waypoints", 3, 4, 91.0)(forger)
+    assert verdict(forger.folder) == 2
+
+
 def test_there_are_many_kinds() -> None:
     assert len(FORGERIES) >= 100
 
@@ -489,15 +549,17 @@ def test_nodes_at_one_place_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_checker_stands_alone() -> None:
-    for name in ("verify.py", "verify_inputs.py", "verify_files.py", "verify_flight.py"):
+    for name in CHECKER:
         text = (TOOLS / name).read_text(encoding="utf-8")
-        assert "planner." not in text.replace("planner.plan/1", "").replace("planner.run/1", "")
+        for schema in ("planner.plan/1", "planner.plan/2", "planner.run/1"):
+            text = text.replace(schema, "")
+        assert "planner." not in text
         words = [
             line.split()[1].split(".")[0]
             for line in text.splitlines()
             if line.startswith(("import ", "from "))
         ]
-        ours = {"numpy", "pyarrow", "verify_inputs", "verify_files", "verify_flight"}
+        ours = {"numpy", "pyarrow", *(Path(one).stem for one in CHECKER)}
         assert set(words) <= ours | set(sys.stdlib_module_names)
 
 

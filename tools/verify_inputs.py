@@ -14,12 +14,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pyarrow
+import verify_plan
 from verify_files import LARGEST, Array, Fields, RefusedError, read_columns, read_json, rows_of
 
 Prefix: TypeAlias = tuple[int, ...]  # the first hops of a flight; () is before take-off
 Pair: TypeAlias = tuple[float, float]
 
-SCHEMAS = {"run.json": "planner.run/1", "plan.json": "planner.plan/1"}
+SCHEMAS = {"run.json": ("planner.run/1",), "plan.json": ("planner.plan/1", "planner.plan/2")}
 MOST_NODES = 2000  # of a net whose road plans are bounded
 OF_MOTION = ("particle", "from_s", "to_s", "x_m", "y_m", "vx_mps", "vy_mps")
 ROUNDING_S = 1e-6  # by which pieces of a motion may overlap
@@ -111,8 +112,8 @@ def read_inputs(folder: Path) -> Inputs:
         If one is missing, or a field is of another type or size than docs/formats.md says.
     """
     run, plan, net = (read_json(folder, name) for name in ("run.json", "plan.json", "net.json"))
-    run.text("schema", SCHEMAS["run.json"])
-    plan.text("schema", SCHEMAS["plan.json"])
+    run.text("schema", *SCHEMAS["run.json"])
+    plan.text("schema", *SCHEMAS["plan.json"])
     planned, certificate = plan.part("planned"), plan.part("certificate")
     (uav,) = plan.items("uavs", 1) or [None]
     flight = Fields("plan.json: uavs[0]", uav)
@@ -126,7 +127,7 @@ def read_inputs(folder: Path) -> Inputs:
         raise RefusedError(
             "prices.parquet: should hold prices before take-off, for road plans only"
         )
-    waypoints = flight.rows("waypoints", 3, least=1)
+    waypoints = verify_plan.waypoints(plan, flight)
     return Inputs(
         given=given,
         planned=_planned(planned),
@@ -142,6 +143,7 @@ def read_inputs(folder: Path) -> Inputs:
         record=(
             *_digests(run, plan, net, motion, weight),
             *_of_scenario(run, planned, given, waypoints),
+            *(same(*said) for said in verify_plan.said_again(run, plan, flight, waypoints[0])),
             *_consistent(roads, motion),
         ),
     )

@@ -285,11 +285,11 @@ class _Watch:
 def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
     return plan_content(
         found.trial.plan,
-        opened.network,
-        sensor=found.problem.sensor,
+        found.problem,
         planned=found.trial.planned,
         evaluated=found.trial.evaluated,
         seed=opened.scenario.search.seed,
+        sighted_at=opened.scenario.target.sighted_at,
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,14 @@ from planner.files import write_json
 from planner.flight.legs import Legs, leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
+from planner.flight.uav import Uav
 from planner.guard import read_json
+from planner.mission.places import frame, place, waypoints
 from planner.network.road_network import RoadNetwork
+from planner.search.problem import Problem
 
-SCHEMA = "planner.plan/1"
+SCHEMA = "planner.plan/2"
+SCHEMAS = ("planner.plan/1", SCHEMA)  # that are read
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,29 +43,37 @@ def write_plan(path: Path, content: Mapping[str, Any]) -> None:
 
 def plan_content(
     plan: Plan,
-    network: RoadNetwork,
+    problem: Problem,
     *,
-    sensor: Sensor,
     planned: Evaluation,
     evaluated: Evaluation,
     seed: int,
+    sighted_at: datetime | None = None,
 ) -> dict[str, Any]:
     """Return a plan and its figures as plain data.
 
     Parameters
     ----------
+    problem
+        The one that it solves.
     planned
         On the particles that the plan was made from.
     evaluated
         On fresh targets, drawn under ``seed``.
+    sighted_at
+        Which moment time 0 is, with its offset from UTC; None: nobody said.
     """
+    network = problem.network
     return {
         "schema": SCHEMA,
         **network.credit,
         "method": plan.method,
+        "sighted_at": None if sighted_at is None else sighted_at.isoformat(),
+        "network": frame(network),
         "uavs": [
             {
-                "waypoints": np.stack([track.time_s, track.x_m, track.y_m], axis=1).tolist(),
+                **_aircraft(problem.uav, network),
+                "waypoints": waypoints(track, network),
                 "legs": [_leg(flown, network) for flown in legs],
                 "sensor_on": track.sensor_on.tolist(),
             }
@@ -71,7 +84,7 @@ def plan_content(
             "detection_probability": planned.detection_probability,
             "particles": len(planned.weight),
             "horizon_s": planned.objective.horizon_s,
-            "radius_m": sensor.radius_m,
+            "radius_m": problem.sensor.radius_m,
             **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
@@ -100,6 +113,17 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
     }
 
 
+def _aircraft(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
+    longest_s, home = uav.max_flight_time_s, uav.return_to_m
+    return {
+        "altitude_m": uav.altitude_m,
+        "speed_mps": uav.speed_mps,
+        "max_flight_time_s": None if np.isinf(longest_s) else longest_s,
+        "start": place((uav.x_m, uav.y_m), network),
+        "landing": None if home is None else place(home, network),
+    }
+
+
 def _leg(flown: FlownLeg, network: RoadNetwork) -> dict[str, Any]:
     from_node, to_node = leg_ends(network, flown.leg)
     return {
@@ -113,12 +137,13 @@ def _leg(flown: FlownLeg, network: RoadNetwork) -> dict[str, Any]:
 
 
 def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
-    """Return the plan in a ``plan.json``.
+    """Return the plan in a ``plan.json`` of schema 2 or 1.
 
     Raises
     ------
     InputError
-        If the file is missing, is no plan, or names roads that are not in the network.
+        If the file is missing, is no plan, is for another network, or names roads that are not
+        in this one.
     """
     if not path.is_file():
         raise InputError(f"{path}: is missing; `planner plan SCENARIO -o DIR` writes one")
@@ -130,11 +155,13 @@ def read_plan(path: Path, network: RoadNetwork) -> StoredPlan:
 
 
 def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
-    if content["schema"] != SCHEMA:
+    if content["schema"] not in SCHEMAS:
         raise ValueError(f"schema {content['schema']!r}, not {SCHEMA!r}")
+    if content["schema"] == SCHEMA and content["network"]["sha256"] != network.sha256:
+        raise ValueError("it was made on another one")
     tracks, legs = [], []
     for uav in content["uavs"]:
-        time_s, x_m, y_m = np.array(uav["waypoints"], dtype=float).T
+        time_s, x_m, y_m, *_ = np.array(uav["waypoints"], dtype=float).T
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
         legs.append(tuple(_flown(leg, network) for leg in uav["legs"]))

@@ -124,7 +124,7 @@ class Recorder:
         scenario = self.opened.scenario
         belief = scenario.target if prior is self.opened.prior else scenario.truth
         drawn_from = {
-            "target": belief.model_dump(mode="json", exclude_none=True),
+            "target": belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at"}),
             "horizon_s": recipe.horizon_s,
             "sampling": sampling,
             "seed": recipe.seed,

@@ -86,6 +86,13 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
             yield Fault(f"{key}.turning.file", f"there is no file {path}; correct the path")
 
 
+def clock_faults(target: TargetSection, truth: TargetSection) -> Iterator[Fault]:
+    """Yield the fault of a truth with a clock of its own: there is one."""
+    if truth.sighted_at != target.sighted_at:
+        text = "is the moment of time 0 for all; write it as target.sighted_at"
+        yield Fault("truth.sighted_at", text)
+
+
 def horizon_faults(
     target: TargetSection, uav: UavSection, search: SearchSection
 ) -> Iterator[Fault]:

@@ -172,6 +172,9 @@ def _joint_faults(sections: Mapping[str, Any], faults: Sequence[Fault]) -> list[
     """Return what sections disagree on, where the keys that it depends on are themselves sound."""
     target, uav, search = (sections[key] for key in ("target", "uav", "search"))
     found: list[Fault] = []
+    truth = sections["truth"]
+    if target and truth and not _any_about(faults, "target.sighted_at", "truth.sighted_at"):
+        found += checks.clock_faults(target, truth)
     if target and uav and search and not _any_about(faults, *checks.HORIZON_KEYS):
         found += checks.horizon_faults(target, uav, search)
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):

@@ -16,6 +16,7 @@ from planner.scenario.values import (
     Distance,
     Distances,
     DistributionSection,
+    Moment,
     PositiveSeconds,
     Radius,
     Seconds,
@@ -102,6 +103,11 @@ class TargetSection(Section):
     )
     last_seen_ago_s: Seconds = Field(
         default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
+    )
+    sighted_at: Moment | None = Field(
+        default=None,
+        description="the moment of time 0, with its offset from UTC: 2026-05-01T14:05:00+02:00, "
+        "or leave it out",
     )
 
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
+    AwareDatetime,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -24,7 +25,7 @@ from pydantic import (
     model_validator,
 )
 
-from planner.clock import seconds
+from planner.clock import moment, seconds
 from planner.messages import as_written
 
 LONGEST_S = 1e9  # thirty years
@@ -75,6 +76,7 @@ Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
 PositiveSeconds = Annotated[
     Positive, Field(le=LONGEST_S), BeforeValidator(seconds), at_least(SHORTEST_S, "s")
 ]
+Moment = Annotated[AwareDatetime, BeforeValidator(moment)]
 Tick = Annotated[Seconds, at_least(SHORTEST_S, "s", or_zero=True)]
 UavSpeed = Annotated[Positive, Field(le=1e5), at_least(0.01, "m/s")]
 Radius = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]

@@ -2,6 +2,7 @@
 
 import json
 import logging
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from planner.clock import seconds
 from planner.errors import InputError, ScenarioError
 from planner.scenario.draft import read_draft, read_scenario
+from planner.scenario.toml_text import scenario_text
 from planner.scenario.values import NodeStart, PointStart
 
 SMALL = """
@@ -98,6 +100,16 @@ def test_times_are_seconds_or_clock(folder: Path, value: str) -> None:
 def test_time_of_day_in_the_file(folder: Path) -> None:
     (folder / "scenario.toml").write_text(SMALL + "take_off_s = 00:10:00")
     assert read_scenario(folder).uav.take_off_s == 600
+
+
+@pytest.mark.parametrize("value", ["2026-05-01T14:05:00+02:00", '"2026-05-01 12:05:00Z"'])
+def test_the_sighting_is_a_moment(folder: Path, value: str) -> None:
+    path = folder / "scenario.toml"
+    path.write_text(SMALL.replace("[target]", f"[target]\nsighted_at = {value}"))
+    scenario = read_scenario(folder)
+    assert scenario.target.sighted_at == datetime(2026, 5, 1, 12, 5, tzinfo=UTC)
+    path.write_text(scenario_text(scenario), encoding="utf-8")
+    assert read_scenario(folder).target == scenario.target
 
 
 def test_take_off_is_on_the_targets_clock(folder: Path) -> None:
@@ -281,6 +293,14 @@ ONE_FAULT = [
     ("uav.start={x_m=1}", "uav.start.y_m: is missing; give metres to the north"),
     ("uav.start={node='n', bearing=3}", "uav.start.bearing: is not a known key; did you mean bea"),
     ("uav.start={node='n', bearing_deg=nan}", "uav.start.bearing_deg: should be a finite number,"),
+    (
+        "target.sighted_at=2026-05-01T14:05:00",
+        "target.sighted_at: 2026-05-01T14:05:00 does not say",
+    ),
+    ("target.sighted_at=14:05:00", 'target.sighted_at: should be a date and a time, not "14:05'),
+    ("target.sighted_at=5", 'target.sighted_at: should be a date and a time, not "5"; write 2026'),
+    ("target.sighted_at=0026-05-01T14:05:00Z", "target.sighted_at: the year 26 is out of reach"),
+    ("truth.sighted_at=2026-05-01T14:05:00Z", "truth.sighted_at: is the moment of time 0 for all"),
     ("search.depth=0", "search.depth: should be at least 1, not 0; give"),
     ("search.depth=1.5", "search.depth: should be a whole number, not 1.5; give"),
     ("search.particles=0", "search.particles: should be at least 1, not 0; give"),

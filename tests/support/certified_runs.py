@@ -26,7 +26,7 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
     planned = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     path = folder / "plan.json"
     figures: Any = {"planned": planned, "evaluated": planned, "seed": 1}
-    write_plan(path, plan_content(plan, problem.network, sensor=problem.sensor, **figures))
+    write_plan(path, plan_content(plan, problem, **figures))
     certificate = certified(problem, plan, Effort(stop=WorkDone(steps)))
     content = certificate_content(problem, certificate)
     write_record(folder, problem)
@@ -36,6 +36,7 @@ def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 
 def write_record(folder: Path, problem: Problem) -> None:
     """The run.json of a scenario that asks for a problem, and gives the plan in the folder."""
     sha256 = {
+        "net": problem.network.sha256,
         "roads": sha256_of_net(problem.network),
         "motion": sha256_of_motion(problem.futures),
     }
@@ -55,6 +56,7 @@ def scenario_of(problem: Problem) -> dict[str, Any]:
         "target": {"last_seen_ago_s": 0.0},
         "uav": {
             "speed_mps": uav.speed_mps,
+            "altitude_m": uav.altitude_m,
             "start": {"x_m": uav.x_m, "y_m": uav.y_m},
             "take_off_s": uav.take_off_s,
             **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
