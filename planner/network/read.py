@@ -1,8 +1,7 @@
 """A SUMO network file as columns, read once and kept."""
 
 import hashlib
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +15,7 @@ from planner.errors import InputError
 from planner.network.build import build_net, import_osm
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
-from planner.npz import read_columns, write_columns
+from planner.npz import load_fields, save_fields
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -120,10 +119,10 @@ def read_net(path: Path, *, source: Path | None = None, attribution: str = "") -
 @lru_cache(IN_MEMORY)
 def _network(path: Path, sha256: str, source: Path, attribution: str) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
-    columns = _load(kept) if is_whole(kept) else None
+    columns = load_fields(kept, TEXTS, ARRAYS) if is_whole(kept) else None
     if columns is None:
         columns = _sound_columns(path, source)
-        _save(kept, columns)
+        save_fields(kept, columns, TEXTS)
         seal(kept)
     network = RoadNetwork(
         **columns, path=path, sha256=sha256, source=source, attribution=attribution
@@ -245,21 +244,3 @@ def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags]]:
 
 def _turns_back(links: Sequence[Any]) -> bool:
     return all(link.getDirection() in "tT" for link in links)
-
-
-def _save(path: Path, columns: Mapping[str, Any]) -> None:
-    texts = json.dumps({name: columns[name] for name in TEXTS})
-    arrays = {name: columns[name] for name in ARRAYS}
-    write_columns(path, {"texts": np.array(texts), **arrays})
-
-
-def _load(path: Path) -> dict[str, Any] | None:
-    """Return kept columns, or None where there are none or they were damaged."""
-    kept = read_columns(path, ("texts", *ARRAYS))
-    if kept is None:
-        return None
-    try:
-        said = json.loads(str(kept.pop("texts")))
-    except ValueError:
-        return None
-    return {**{k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}, **kept}

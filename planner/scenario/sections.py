@@ -18,6 +18,7 @@ from planner.scenario.values import (
     DistributionSection,
     PositiveSeconds,
     Radius,
+    RoadTolerance,
     Seconds,
     Section,
     Speeds,
@@ -53,6 +54,11 @@ class NetworkSection(Section):
         description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
+    road_tolerance_m: RoadTolerance | None = Field(
+        default=None,
+        description="how near each other edges of a town are one road, in metres; 0 for roads as "
+        "the net's edges, or leave it out for a third of the detection radius",
+    )
     attribution: Credit | None = Field(
         default=None, description=f'whose data the network is, as in "{OF_OSM}"'
     )
