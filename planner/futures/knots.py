@@ -280,7 +280,7 @@ def _points(
     first = (edge == left)[:, None]
     drawn = np.where(first, xy_m[row] + onward, network.edge_xy(edge, network.edge_length_m[edge]))
     # Where junctions have a size, lanes end before the drawn road does.
-    exact = np.abs(network.edge_length_m - network.road_length_m[network.edge_road]) < EXACT_M
+    exact = np.abs(network.edge_length_m - network.edge_lines.length_m) < EXACT_M
     after = np.minimum(row + 1, len(xy_m) - 1)
     arriving = (samples.vehicle[after] != samples.vehicle[row]) | (after == row)
     step_s = np.where(arriving, 1.0, samples.time_s[after] - samples.time_s[row])

@@ -13,8 +13,8 @@ class Nearness:
     """The squares of a grid that hold a road, and those beside them."""
 
     def __init__(self, network: RoadNetwork) -> None:
-        self.low_m = network.shape_xy_m.min(axis=0)
-        self.high_m = network.shape_xy_m.max(axis=0)
+        self.low_m = network.edge_shape_xy_m.min(axis=0)
+        self.high_m = network.edge_shape_xy_m.max(axis=0)
         self.extent_m = float((self.high_m - self.low_m).max())
         self.near_m = max(NEAR_M, PART * self.extent_m)
         x, y = self._cells(*_points(network, self.near_m / 2).T)
@@ -47,27 +47,16 @@ class Nearness:
 
 
 def _points(network: RoadNetwork, step_m: float) -> Floats:
-    """Return points on all roads, at most a step apart, (k, 2) metres."""
-    count = np.ceil(network.road_length_m / step_m).astype(np.int64) + 1
-    road = np.repeat(np.arange(len(count)), count)
-    nth = np.arange(len(road)) - np.repeat(np.cumsum(count) - count, count)
-    share = nth / np.maximum(count - 1, 1)[road]
-    return np.asarray(network.xy(road, share * network.road_length_m[road]))
+    """Return points on all edges, at most a step apart, (k, 2) metres."""
+    length_m = network.edge_lines.length_m
+    count = np.ceil(length_m / step_m).astype(np.int64) + 1
+    edge = np.repeat(np.arange(len(count)), count)
+    nth = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    share = nth / np.maximum(count - 1, 1)[edge]
+    return network.edge_lines.at(edge, share * length_m[edge])
 
 
 def off_edges(network: RoadNetwork, edge: Ints, x_m: Floats, y_m: Floats) -> Floats:
-    """Return how far each place lies from the nearest point of its own edge's road, (k,) metres."""
-    road = network.edge_road[edge]
-    if len(road) == 0:
-        return np.empty(0)
-    count = network.first_point[road + 1] - network.first_point[road] - 1
-    first = np.cumsum(count) - count
-    row = np.repeat(np.arange(len(road)), count)
-    point = network.first_point[road][row] + np.arange(len(row)) - first[row]
-    start = network.shape_xy_m[point]
-    step = network.shape_xy_m[point + 1] - start
-    away = np.stack([x_m, y_m], axis=1)[row] - start
-    long2 = np.maximum((step * step).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip((away * step).sum(axis=1) / long2, 0.0, 1.0)
-    off_m = np.hypot(*(away - step * share[:, None]).T)
-    return np.asarray(np.minimum.reduceat(off_m, first))
+    """Return how far each place lies from the nearest point of its own edge, (k,) metres."""
+    places_m = np.stack([x_m, y_m], axis=1)
+    return network.edge_lines.off(edge, places_m, places_m)

@@ -103,7 +103,7 @@ def _along(network: RoadNetwork, edge: int, point: Floats) -> float:
     """Distance along an edge of the point on it that is nearest to a given one, metres."""
     if edge == NO_EDGE:
         return np.nan
-    shape = network.shape(network.edge_road[edge])
+    shape = network.edge_shape(edge)
     step = np.diff(shape, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])
     share = np.einsum("ij,ij->i", point - shape[:-1], step) / np.maximum(length**2, 1e-12)

@@ -15,6 +15,7 @@ from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
+from planner.network.roads import with_roads
 from planner.network.streets import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
@@ -25,6 +26,7 @@ log = logging.getLogger(__name__)
 
 FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
 LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
+PART_OF_RADIUS = 1 / 3  # of the sensor's: what is as near is one road to it
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
 
@@ -110,7 +112,8 @@ def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
         faults.append(Fault("network.net", str(error)))
         return None
     try:
-        return _opened(draft.network, draft.folder, faults)
+        network = _opened(draft.network, draft.folder, faults)
+        return with_roads(network, _road_tolerance_m(draft))
     except PlannerError as error:
         if not faults:
             raise
@@ -131,6 +134,13 @@ def _opened(section: NetworkSection, folder: Path, faults: list[Fault]) -> RoadN
             faults += found
             return network
     return open_network(section, folder)
+
+
+def _road_tolerance_m(draft: Draft) -> float:
+    """Return how near each other edges are one road to the sensor, metres."""
+    if draft.network is not None and draft.network.road_tolerance_m is not None:
+        return draft.network.road_tolerance_m
+    return draft.sensor.radius_m * PART_OF_RADIUS if draft.sensor is not None else 0.0
 
 
 def _turns(
@@ -235,8 +245,8 @@ def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[Fault]
     if uav is None:
         return
     for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
-        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.node_index:
-            hint = suggestion(place.node, network.node_ids)
+        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.junction_index:
+            hint = suggestion(place.node, network.junction_ids)
             yield Fault(f"{key}.node", f"{place.node} is not a node of the network; {hint}")
 
 
@@ -273,7 +283,7 @@ def _far_faults(draft: Draft, uav: UavSection, network: RoadNetwork) -> Iterator
 def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
     if isinstance(start, PointStart):
         return start.x_m, start.y_m
-    x_m, y_m = network.node_xy_m[network.node_index[start.node]]
+    x_m, y_m = network.junction_xy_m[network.junction_index[start.node]]
     bearing = math.radians(start.bearing_deg)  # clockwise from north
     return (
         float(x_m + start.distance_m * math.sin(bearing)),
@@ -287,5 +297,5 @@ def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | N
         return None if place is None else (place.x_m, place.y_m)
     if isinstance(place, str):
         return _start_xy(uav.start, network)
-    x_m, y_m = network.node_xy_m[network.node_index[place.node]]
+    x_m, y_m = network.junction_xy_m[network.junction_index[place.node]]
     return float(x_m), float(y_m)

@@ -46,8 +46,9 @@ class NetFile(NamedTuple):
     """Lanes, links and signals by their names."""
 
     lanes: dict[str, Lane]
-    car_lane: dict[str, Lane]  # by edge: the rightmost lane that a car may use
-    links: dict[tuple[str, str], dict[str, str]]  # from edge to edge, the first one for cars
+    car_lanes: dict[str, list[Lane]]  # by edge: those that a car may use, the rightmost first
+    links: dict[tuple[str, str], Mapping[str, str]]  # from edge to edge, the first one for cars
+    every: list[Mapping[str, str]]  # links for cars, from lane to lane
     onward: dict[str, str]  # from a lane within a junction to the next one there
     programs: dict[str, Program]
 
@@ -86,8 +87,11 @@ def read_links(path: Path) -> NetFile:
             last.phases.append(_phase(said, actuated=last.actuated))
         else:
             connections.append(said)
-    links, onward = _links(connections, lanes)
-    return NetFile(lanes, _car_lanes(lanes), links, onward, programs)
+    every, onward = _links(connections, lanes)
+    links: dict[tuple[str, str], Mapping[str, str]] = {}
+    for link in every:
+        links.setdefault((link["from"], link["to"]), link)
+    return NetFile(lanes, _car_lanes(lanes), links, every, onward, programs)
 
 
 def _lane(said: Mapping[str, str]) -> Lane:
@@ -110,18 +114,18 @@ def _phase(said: Mapping[str, str], *, actuated: bool) -> Phase:
     return Phase(lasts_s, idle_s, said["state"])
 
 
-def _car_lanes(lanes: Mapping[str, Lane]) -> dict[str, Lane]:
-    found: dict[str, Lane] = {}
+def _car_lanes(lanes: Mapping[str, Lane]) -> dict[str, list[Lane]]:
+    found: dict[str, list[Lane]] = {}
     for name, lane in lanes.items():
         if lane.for_cars:
-            found.setdefault(name.rpartition("_")[0], lane)
+            found.setdefault(name.rpartition("_")[0], []).append(lane)
     return found
 
 
 def _links(
     connections: Sequence[Mapping[str, str]], lanes: Mapping[str, Lane]
-) -> tuple[dict[tuple[str, str], dict[str, str]], dict[str, str]]:
-    links: dict[tuple[str, str], dict[str, str]] = {}
+) -> tuple[list[Mapping[str, str]], dict[str, str]]:
+    every: list[Mapping[str, str]] = []
     onward: dict[str, str] = {}
     for said in connections:
         start, end = f"{said['from']}_{said['fromLane']}", f"{said['to']}_{said['toLane']}"
@@ -129,8 +133,8 @@ def _links(
             if "via" in said:
                 onward[start] = said["via"]
         elif lanes[start].for_cars and lanes[end].for_cars:
-            links.setdefault((said["from"], said["to"]), dict(said))
-    return links, onward
+            every.append(said)
+    return every, onward
 
 
 def idle_cycle(program: Program) -> Iterable[str]:

@@ -1,8 +1,7 @@
 """A SUMO network file as columns, read once and kept."""
 
 import hashlib
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +17,7 @@ from planner.network.exits import found_exits, with_exits
 from planner.network.road_network import RoadNetwork
 from planner.network.streets import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
-from planner.npz import read_columns, write_columns
+from planner.npz import load_fields, save_fields
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
@@ -137,10 +136,10 @@ def _network(
     path: Path, sha256: str, source: Path, attribution: str, exits: tuple[str, ...] | None
 ) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
-    columns = _load(kept) if is_whole(kept) else None
+    columns = load_fields(kept, TEXTS, ARRAYS) if is_whole(kept) else None
     if columns is None:
         columns = _sound_columns(path, source)
-        _save(kept, columns)
+        save_fields(kept, columns, TEXTS)
         seal(kept)
     found = columns.pop("edge_exit")
     network = RoadNetwork(
@@ -279,21 +278,3 @@ def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags], Flags]:
 
 def _turns_back(links: Sequence[Any]) -> bool:
     return all(link.getDirection() in "tT" for link in links)
-
-
-def _save(path: Path, columns: Mapping[str, Any]) -> None:
-    texts = json.dumps({name: columns[name] for name in TEXTS})
-    arrays = {name: columns[name] for name in ARRAYS}
-    write_columns(path, {"texts": np.array(texts), **arrays})
-
-
-def _load(path: Path) -> dict[str, Any] | None:
-    """Return kept columns, or None where there are none or they were damaged."""
-    kept = read_columns(path, ("texts", *ARRAYS))
-    if kept is None:
-        return None
-    try:
-        said = json.loads(str(kept.pop("texts")))
-    except ValueError:
-        return None
-    return {**{k: tuple(v) if isinstance(v, list) else v for k, v in said.items()}, **kept}

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
 from planner.checked import finite, indices, lengths, offsets
 from planner.errors import InputError
+from planner.network.lines import Lines
 
 POINT_M = 0.02  # lengths in net files have two decimals
 
@@ -17,8 +18,8 @@ POINT_M = 0.02  # lengths in net files have two decimals
 class RoadNetwork(Frozen):
     """Nodes and roads as the UAV flies them, edges and turns as a target drives them.
 
-    A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's; today
-    every edge is its own road (``edge_road`` is the identity).
+    A road is what the paper calls one: a polyline between two nodes. An edge is SUMO's. On abstract
+    nets every edge is its own road; in towns a road is what `planner.network.roads` merges.
     """
 
     node_ids: tuple[str, ...]  # V names
@@ -39,6 +40,13 @@ class RoadNetwork(Frozen):
     sha256: str  # of that file
     # (R,) metres from the drawn line to where a target may be beside it; left out: none
     half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
+    # (R,) whether targets drive a road in its own direction and against it; left out: none
+    both_ways: Flags = field(default_factory=lambda: np.zeros(0, bool))
+    # (E + 1,) where an edge's points start in edge_shape_xy_m; left out: those of its road
+    edge_first_point: Offsets = field(default_factory=lambda: np.zeros(0, np.int64))
+    edge_shape_xy_m: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # (Q, 2) metres
+    junction_ids: tuple[str, ...] = ()  # J names of the net's own nodes; left out: node_ids
+    junction_xy_m: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # (J, 2) metres
     projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
     # (T,) straight back where there is another way on: taken only by who is said to; left out: none
     turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
@@ -51,6 +59,11 @@ class RoadNetwork(Frozen):
     def __post_init__(self) -> None:
         if len(self.half_width_m) == 0:
             object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
+        if len(self.both_ways) == 0:
+            object.__setattr__(self, "both_ways", np.zeros(len(self.road_ids), bool))
+        if not self.junction_ids:
+            object.__setattr__(self, "junction_ids", self.node_ids)
+            object.__setattr__(self, "junction_xy_m", self.node_xy_m)
         if len(self.turn_back) == 0:
             object.__setattr__(self, "turn_back", np.zeros(len(self.turn_edge), bool))
         if len(self.edge_exit) == 0:
@@ -69,10 +82,20 @@ class RoadNetwork(Frozen):
             first_turn=np.int64,
             turn_edge=np.int32,
             half_width_m=np.float64,
+            both_ways=np.bool_,
+            junction_xy_m=np.float64,
             turn_back=np.bool_,
             edge_exit=np.bool_,
         )
         self._check()
+        if len(self.edge_first_point) == 0:
+            drawn, first = rows_taken(self.first_point, self.edge_road)
+            object.__setattr__(self, "edge_first_point", first)
+            object.__setattr__(self, "edge_shape_xy_m", self.shape_xy_m[drawn])
+        freeze(self, edge_first_point=np.int64, edge_shape_xy_m=np.float64)
+        points = len(self.edge_shape_xy_m)
+        offsets("edge_first_point", self.edge_first_point, len(self.edge_ids), points)
+        finite(edge_shape_xy_m=self.edge_shape_xy_m)
 
     def _check(self) -> None:
         nodes, roads, edges = len(self.node_ids), len(self.road_ids), len(self.edge_ids)
@@ -80,27 +103,38 @@ class RoadNetwork(Frozen):
             raise InputError("road_ids, edge_ids: a network needs a road")
         if self.node_xy_m.shape != (nodes, 2) or self.shape_xy_m.shape[1:] != (2,):
             raise InputError("node_xy_m, shape_xy_m: should be x and y of each node and point")
-        lengths(
-            roads, road_from=self.road_from, road_to=self.road_to, half_width_m=self.half_width_m
-        )
+        road = {"road_from": self.road_from, "road_to": self.road_to}
+        lengths(roads, **road, half_width_m=self.half_width_m, both_ways=self.both_ways)
         edge = {"edge_length_m": self.edge_length_m, "edge_limit_mps": self.edge_limit_mps}
         lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
         lengths(edges, edge_exit=self.edge_exit)
         offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
         offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
         lengths(len(self.turn_edge), turn_back=self.turn_back)
-        indices(nodes, road_from=self.road_from, road_to=self.road_to)
+        if self.junction_xy_m.shape != (len(self.junction_ids), 2):
+            raise InputError("junction_xy_m: should be x and y of each junction")
+        indices(nodes, **road)
         indices(roads, edge_road=self.edge_road)
         indices(edges, turn_edge=self.turn_edge)
         finite(node_xy_m=self.node_xy_m, shape_xy_m=self.shape_xy_m, **edge)
         if np.any(self.edge_exit & (np.diff(self.first_turn) > 0)):
             raise InputError("edge_exit: a turn leads out of an exit; see `with_exits`")
+        finite(junction_xy_m=self.junction_xy_m)
 
     @cached_property
+    def road_lines(self) -> Lines:
+        """The roads as they are flown, R lines."""
+        return Lines(self.first_point, self.shape_xy_m)
+
+    @cached_property
+    def edge_lines(self) -> Lines:
+        """The edges as the net draws them, E lines, each from its first to its last junction."""
+        return Lines(self.edge_first_point, self.edge_shape_xy_m)
+
+    @property
     def road_length_m(self) -> Floats:
         """Length of each road's polyline, (R,) metres: what the UAV flies."""
-        ends = self._travelled_m[self.first_point[1:] - 1]
-        return np.asarray(ends - self._travelled_m[self.first_point[:-1]])
+        return self.road_lines.length_m
 
     @cached_property
     def edge_index(self) -> dict[str, int]:
@@ -116,6 +150,11 @@ class RoadNetwork(Frozen):
     def node_index(self) -> dict[str, int]:
         """Index of each node by its name."""
         return {name: i for i, name in enumerate(self.node_ids)}
+
+    @cached_property
+    def junction_index(self) -> dict[str, int]:
+        """Index of each of the net's own nodes by its name."""
+        return {name: i for i, name in enumerate(self.junction_ids)}
 
     def turns(self, edge: int, *, back: bool = False) -> Ints:
         """Return the edges that a target may drive after ``edge``, (k,).
@@ -141,8 +180,8 @@ class RoadNetwork(Frozen):
     @cached_property
     def is_abstract(self) -> bool:
         """Whether edges run straight from node to node: junctions are points, all is exact."""
-        straight = len(self.shape_xy_m) == 2 * len(self.road_ids)
-        away_m = self.edge_length_m - self.road_length_m[self.edge_road]
+        straight = len(self.edge_shape_xy_m) == 2 * len(self.edge_ids)
+        away_m = self.edge_length_m - self.edge_lines.length_m
         return straight and bool(np.all(np.abs(away_m) <= POINT_M))
 
     @cached_property
@@ -152,37 +191,23 @@ class RoadNetwork(Frozen):
 
     def shape(self, road: int) -> Floats:
         """Return a road's polyline, (k, 2) metres."""
-        return self.shape_xy_m[self.first_point[road] : self.first_point[road + 1]]
+        return self.road_lines[road]
 
-    @cached_property
-    def _travelled_m(self) -> Floats:
-        """Length of all polylines up to each point, (P,) metres, roads one after the other."""
-        steps = np.linalg.norm(np.diff(self.shape_xy_m, axis=0), axis=1)
-        steps[self.first_point[1:-1] - 1] = 0.0
-        return np.concatenate(([0.0], np.cumsum(steps)))
+    def edge_shape(self, edge: int) -> Floats:
+        """Return an edge's polyline, (k, 2) metres."""
+        return self.edge_lines[edge]
 
     def xy(self, road: Ints | int, distance_m: Floats | float) -> Floats:
         """Return the points at given distances along roads, (..., 2) metres.
 
         Distances below zero or beyond a road's length give its ends.
         """
-        first, last = self.first_point[road], self.first_point[np.asarray(road) + 1] - 1
-        start_m = self._travelled_m[first]
-        along_m = start_m + np.clip(distance_m, 0.0, self._travelled_m[last] - start_m)
-        point = np.searchsorted(self._travelled_m, along_m, side="right") - 1
-        point = np.clip(point, first, last - 1)
-        step_m = self._travelled_m[point + 1] - self._travelled_m[point]
-        share = np.divide(
-            along_m - self._travelled_m[point], step_m, out=np.zeros_like(step_m), where=step_m > 0
-        )
-        a, b = self.shape_xy_m[point], self.shape_xy_m[point + 1]
-        return np.asarray(a + (b - a) * share[..., None])
+        return self.road_lines.at(road, distance_m)
 
     def edge_xy(self, edge: Ints | int, distance_m: Floats | float) -> Floats:
-        """Return the points of the drawn roads at distances as SUMO measures them, (..., 2) metres.
+        """Return the points of the drawn edges at distances as SUMO measures them, (..., 2) metres.
 
         SUMO's length of an edge may differ from the drawn one; distances are scaled.
         """
-        road = self.edge_road[edge]
         share = np.asarray(distance_m) / self.edge_length_m[edge]
-        return self.xy(road, share * self.road_length_m[road])
+        return self.edge_lines.at(edge, share * self.edge_lines.length_m[edge])

@@ -123,7 +123,9 @@ def _read(path: Path, network: RoadNetwork) -> dict[str, Any]:
         file = read_links(path)
         shown = _shown_by(file)
         turns = [_turn(file, shown, *names) for names in _names(network)]
-        lines = [file.car_lane[edge] for edge in network.edge_ids] + [turn.line for turn in turns]
+        lines = [file.car_lanes[edge][0] for edge in network.edge_ids] + [
+            turn.line for turn in turns
+        ]
     except (ValueError, LookupError, OverflowError) as error:
         raise InputError(
             f"{network.given_as}: its lanes, links or signals cannot be read ({error!r}); "
@@ -161,7 +163,7 @@ def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
         cycle_s if len(shows) else 0,
         program.actuated,
         not len(shows) and link.get("state", "M") in MINOR,
-        _line(file.through(link), file.car_lane[start], file.car_lane[end]),
+        _line(file.through(link), file.car_lanes[start][0], file.car_lanes[end][0]),
     )
 
 

@@ -13,19 +13,27 @@ if TYPE_CHECKING:
 
 
 def road_graph(network: RoadNetwork) -> "nx.MultiDiGraph[Any]":
-    """Return the directed graph of node indices, one edge per road with the road as its key."""
+    """Return the directed graph of node indices, one edge per road with the road as its key.
+
+    A road that targets drive both ways is there in both directions.
+    """
     import networkx as nx
 
     graph: nx.MultiDiGraph[Any] = nx.MultiDiGraph()
     graph.add_nodes_from(range(len(network.node_ids)))
     ends = zip(network.road_from.tolist(), network.road_to.tolist(), strict=True)
-    graph.add_edges_from((start, end, road) for road, (start, end) in enumerate(ends))
+    back = network.both_ways.tolist()
+    for road, (start, end) in enumerate(ends):
+        graph.add_edge(start, end, road)
+        if back[road]:
+            graph.add_edge(end, start, road)
     return graph
 
 
 def sources(network: RoadNetwork) -> Ints:
     """Return the nodes into which no road leads, (k,) indices."""
-    degree = np.bincount(network.road_to, minlength=len(network.node_ids))
+    ends = np.concatenate([network.road_to, network.road_from[network.both_ways]])
+    degree = np.bincount(ends, minlength=len(network.node_ids))
     return np.flatnonzero(degree == 0).astype(np.int32)
 
 

@@ -65,7 +65,7 @@ def _plans(problem: Problem) -> dict[str, Plan]:
     network = problem.network
     printed = {name: _legs(network, roads.split()) for name, roads in PRINTED.items()}
     orders = {name: legs for name, legs in printed.items() if legs is not None}
-    orders["breadth-first"] = _forward(breadth_first_search(network))
+    orders["breadth-first"] = breadth_first_search(network)
     orders["topological, first in first out"] = _forward(topological_search(network))
     orders["topological, last in first out"] = _forward(last_in_first_out(network))
     plans = {name: plan_of_legs(problem, name, legs) for name, legs in orders.items()}

@@ -48,6 +48,9 @@ def source_faults(section: NetworkSection) -> Iterator[Fault]:
         for key in ("connections", "signals", "abstract"):
             if getattr(section, key):
                 yield Fault(f"network.{key}", "goes with nodes and edges only; leave it out")
+    if section.abstract and section.road_tolerance_m:
+        text = "the roads of an abstract net are its edges; leave it out"
+        yield Fault("network.road_tolerance_m", text)
 
 
 def missing_files(section: NetworkSection, folder: Path) -> Iterator[Fault]:

@@ -20,6 +20,7 @@ from planner.scenario.values import (
     Name,
     PositiveSeconds,
     Radius,
+    RoadTolerance,
     Seconds,
     Section,
     Speeds,
@@ -59,6 +60,11 @@ class NetworkSection(Section):
         default=None,
         description="the edges that lead off the map, as in exits = [NAME, NAME]; [] for none, or "
         "leave it out for those found at the edge of the net",
+    )
+    road_tolerance_m: RoadTolerance | None = Field(
+        default=None,
+        description="how near each other edges of a town are one road, in metres; 0 for roads as "
+        "the net's edges, or leave it out for a third of the detection radius",
     )
     attribution: Credit | None = Field(
         default=None, description=f'whose data the network is, as in "{OF_OSM}"'

@@ -81,6 +81,7 @@ Tick = Annotated[Seconds, at_least(SHORTEST_S, "s", or_zero=True)]
 UavSpeed = Annotated[Positive, Field(le=1e5), at_least(0.01, "m/s")]
 Radius = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
 Tolerance = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
+RoadTolerance = Annotated[Finite, Field(ge=0, le=FARTHEST_M), at_least(1e-3, "m", or_zero=True)]
 Probabilities = Annotated[dict[str, Finite], Field(min_length=1)]
 
 

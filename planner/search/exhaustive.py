@@ -35,9 +35,7 @@ def breadth_first(problem: Problem, *, budget: Budget, rng: np.random.Generator)
     behind it (Section 3).
     """
     order = breadth_first_search(problem.network)
-    return SearchResult(
-        plan_of_legs(problem, "breadth-first", [Legs.along(road) for road in order])
-    )
+    return SearchResult(plan_of_legs(problem, "breadth-first", order))
 
 
 def topological_search(network: RoadNetwork) -> list[int]:
@@ -62,13 +60,13 @@ def topological_search(network: RoadNetwork) -> list[int]:
             incoming[m] -= 1  # 10
             if incoming[m] == 0:  # 11
                 Q.append(m)  # 12
-    if len(order) < len(network.road_ids):  # 16
+    if len(order) < len(network.road_ids) or network.both_ways.any():  # 16
         raise NotApplicableError(_has_a_cycle(network))  # 17
     return order
 
 
 def breadth_first_search(network: RoadNetwork) -> list[int]:
-    """Return the roads that breadth-first search from the sources goes along, in its order.
+    """Return the legs that breadth-first search from the sources flies, in its order.
 
     A road to a node already examined is left out: on Figure 1, where D is examined before E, the
     road ED. The list printed in Section 3 lacks DF as well, although D is examined before F; with
@@ -81,11 +79,12 @@ def breadth_first_search(network: RoadNetwork) -> list[int]:
     while Q:
         n = Q.popleft()
         examined.add(n)
-        for road in np.flatnonzero(network.road_from == n).tolist():
-            m = int(network.road_to[road])
+        out = network.road_from == n
+        for road in np.flatnonzero(out | (network.both_ways & (network.road_to == n))).tolist():
+            m = int(network.road_to[road] if out[road] else network.road_from[road])
             if m in examined:
                 continue
-            order.append(road)
+            order.append(Legs.both(road)[not out[road]])
             if m not in queued:
                 queued.add(m)
                 Q.append(m)

@@ -122,7 +122,8 @@ def candidate_legs(
     ----------
     directions
         Each road in its "own" direction, in "both", or from its "nearest end", seen from the
-        UAV's place (the own direction if both are equally near).
+        UAV's place (the own direction if both are equally near). A road that targets drive both
+        ways has two directions of its own.
     removed
         Roads that are not flown any more. Legs from whose end the UAV could not come home
         before its landing never are.
@@ -136,7 +137,7 @@ def candidate_legs(
     allowed = end_s + legs.home_s[legs.to_node] <= problem.uav.landing_s
     allowed[[leg for road in removed for leg in Legs.both(road)]] = False
     if directions == "own":
-        allowed[1::2] = False
+        allowed[1::2] &= problem.network.both_ways
     elif directions == "nearest end":
         reverse = transit_s[1::2] < transit_s[::2]
         allowed[::2] &= ~reverse

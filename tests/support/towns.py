@@ -62,5 +62,5 @@ def edges_near(network: RoadNetwork, x_m: float, y_m: float) -> list[str]:
         name
         for edge, name in enumerate(network.edge_ids)
         if len(network.turns(edge))
-        and np.hypot(*(network.shape(int(network.edge_road[edge])) - (x_m, y_m)).T).max() <= NEAR_M
+        and np.hypot(*(network.edge_shape(edge) - (x_m, y_m)).T).max() <= NEAR_M
     ]
