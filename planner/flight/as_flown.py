@@ -1,0 +1,141 @@
+"""The flight that a real aircraft makes of a line of waypoints: timed, and home before it is empty.
+
+Wherever it is, it could still turn for home: the time used, the way home against the wind, the
+landing and the reserve together never exceed what the battery lasts.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.flight.law import FlightLaw, TimedFlight, timed
+
+OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
+TURNS = 1.5  # stops to turn for home: braking there, and accelerating and braking on the way
+
+
+@dataclass(frozen=True)
+class Battery:
+    """How long an aircraft may be in the air, and where it has to be then."""
+
+    lasts_s: float = math.inf  # from lift-off to touch-down, with the reserve
+    reserve_s: float = 0.0
+    home_m: tuple[float, float] | None = None  # where it lands, metres; None: where it is
+    headwind_mps: float = 0.0  # on the way home
+
+    def home_s(self, xy_m: Floats, law: FlightLaw) -> Floats:
+        """Return the seconds from places, (..., 2) metres, to the ground at home."""
+        if self.home_m is None:
+            return np.full(np.shape(xy_m)[:-1], law.descend_s)
+        away_m = np.hypot(xy_m[..., 0] - self.home_m[0], xy_m[..., 1] - self.home_m[1])
+        speed = law.speed_mps - self.headwind_mps
+        flies_s = away_m / speed if speed > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
+        turns_s = TURNS * law.speed_mps / law.acceleration_mps2
+        return np.asarray(flies_s + np.where(away_m > 0.0, turns_s, 0.0) + law.descend_s)
+
+
+def track_points(xy_m: Floats, flight: TimedFlight, law: FlightLaw) -> tuple[Floats, Floats]:
+    """Return points of a timed flight, (T,) seconds after its first waypoint, and (T, 2) metres.
+
+    Between them it moves evenly but for `OFF_M`: where it accelerates they are close enough.
+    """
+    times, places = [np.array([0.0])], [xy_m[:1]]
+    for leg, cruise in enumerate(flight.cruises_mps.tolist()):
+        if flight.leaves_s[leg] > flight.arrives_s[leg]:
+            times.append(flight.leaves_s[leg : leg + 1])
+            places.append(xy_m[leg : leg + 1])
+        first, second = flight.passes_mps[leg : leg + 2].tolist()
+        after_s, along_m = _motion(first, cruise, second, law, float(_length(xy_m, leg)))
+        share = (along_m / along_m[-1])[:, None]
+        times.append(flight.leaves_s[leg] + after_s)
+        places.append(xy_m[leg] + share * (xy_m[leg + 1] - xy_m[leg]))
+    if flight.leaves_s[-1] > flight.arrives_s[-1]:
+        times.append(flight.leaves_s[-1:])
+        places.append(xy_m[-1:])
+    return np.concatenate(times), np.concatenate(places)
+
+
+def home_in_time(
+    xy_m: Floats, hold_s: Floats, law: FlightLaw, battery: Battery
+) -> tuple[Floats, Floats]:
+    """Return the line and its hovering up to where the aircraft has to turn, and the way home.
+
+    Parameters
+    ----------
+    xy_m, hold_s
+        As `planner.flight.law.timed` takes them, from where it takes off.
+    """
+    flight = timed(xy_m, hold_s, law)
+    after_s, places = track_points(xy_m, flight, law)
+    left_s = battery.lasts_s - battery.reserve_s - law.climb_s - after_s
+    spare_s = left_s - battery.home_s(places, law)
+    short = np.flatnonzero(spare_s < 0.0)
+    if len(short):
+        turn_s = _turn(after_s, spare_s, int(short[0]))
+        xy_m, hold_s = _cut(xy_m, hold_s, flight, (after_s, places), turn_s)
+    if battery.home_m is None or np.array_equal(xy_m[-1], battery.home_m):
+        return xy_m, hold_s
+    return np.vstack([xy_m, battery.home_m]), np.append(hold_s, 0.0)
+
+
+def _length(xy_m: Floats, leg: int) -> float:
+    return float(np.hypot(*(xy_m[leg + 1] - xy_m[leg])))
+
+
+def _motion(
+    first: float, cruise: float, second: float, law: FlightLaw, length_m: float
+) -> tuple[Floats, Floats]:
+    """Return seconds and metres along a leg at points of its trapezoid, without its beginning."""
+    rate = law.acceleration_mps2
+    if math.isinf(rate):
+        return np.array([length_m / cruise]), np.array([length_m])
+    after_s, along_m = [np.zeros(1)], [np.zeros(1)]
+
+    def change(before: float, after: float) -> None:
+        lasts_s = abs(after - before) / rate
+        many = math.ceil(math.sqrt(rate * lasts_s**2 / 8.0 / OFF_M))
+        steps_s = np.linspace(0.0, lasts_s, many + 1)[1:]
+        signed = rate if after > before else -rate
+        after_s.append(after_s[-1][-1] + steps_s)
+        along_m.append(along_m[-1][-1] + before * steps_s + signed * steps_s**2 / 2.0)
+
+    if cruise > first:
+        change(first, cruise)
+    braking_m = (cruise**2 - second**2) / (2.0 * rate)
+    even_m = length_m - float(along_m[-1][-1]) - braking_m
+    if even_m > 1e-9 * length_m:
+        after_s.append(after_s[-1][-1:] + even_m / cruise)
+        along_m.append(along_m[-1][-1:] + even_m)
+    if cruise > second:
+        change(cruise, second)
+    return np.concatenate(after_s)[1:], np.concatenate(along_m)[1:]
+
+
+def _turn(after_s: Floats, spare_s: Floats, first_short: int) -> float:
+    """Return when the spare time is used up, between two points of a track; at the latest."""
+    if first_short == 0:
+        return 0.0
+    before, after = float(spare_s[first_short - 1]), float(spare_s[first_short])
+    share = before / (before - after)
+    from_s, to_s = after_s[first_short - 1 : first_short + 1].tolist()
+    return float(from_s + share * (to_s - from_s))
+
+
+def _cut(
+    xy_m: Floats,
+    hold_s: Floats,
+    flight: TimedFlight,
+    track: tuple[Floats, Floats],
+    turn_s: float,
+) -> tuple[Floats, Floats]:
+    """Return the line and its hovering as far as they are flown by a time."""
+    passed = int(np.searchsorted(flight.arrives_s, turn_s, side="right"))
+    kept, holds = xy_m[:passed], hold_s[:passed].copy()
+    holds[-1] = min(holds[-1], turn_s - flight.arrives_s[passed - 1])
+    if turn_s <= flight.leaves_s[passed - 1]:
+        return kept, holds
+    times_s, places = track
+    here = [np.interp(turn_s, times_s, column) for column in places.T]
+    return np.vstack([kept, here]), np.append(holds, 0.0)

@@ -1,0 +1,150 @@
+"""How long an aircraft takes along a line of waypoints: the flight law.
+
+It climbs to its height above the first waypoint, accelerates and brakes evenly, takes corners as
+fast as lets it pass within a distance of them, stands still where it hovers, and drifts with the
+wind: its airspeed is given, its speed over ground follows. The corner speed is that of junction
+deviation in machine tools: on the arc that touches both legs and passes ``corner_m`` from the
+corner, at no more than the aircraft's acceleration.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, Frozen, freeze
+from planner.checked import number, set_fields
+
+STRAIGHT = 0.99999  # sine of half the angle between two legs, beyond which there is no corner
+NO_WIND = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class FlightLaw:
+    """What decides how long a multicopter takes; infinite rates are those of the ideal aircraft."""
+
+    speed_mps: float  # through the air
+    acceleration_mps2: float = math.inf
+    corner_m: float = math.inf  # how far from a corner it may pass
+    climb_mps: float = math.inf
+    descend_mps: float = math.inf
+    altitude_m: float = 0.0  # above where it takes off
+    wind_mps: tuple[float, float] = NO_WIND  # where the air moves to, east and north
+
+    def __post_init__(self) -> None:
+        rates = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
+        found = {name: number(name, getattr(self, name), above=0.0, ends=False) for name in rates}
+        found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
+        found["altitude_m"] = number("altitude_m", self.altitude_m, least=0.0)
+        east, north = (number("wind_mps", one) for one in self.wind_mps)
+        set_fields(self, {**found, "wind_mps": (east, north)})
+
+    @property
+    def climb_s(self) -> float:
+        """Seconds from lift-off to its height."""
+        return self.altitude_m / self.climb_mps
+
+    @property
+    def descend_s(self) -> float:
+        """Seconds from its height to the ground."""
+        return self.altitude_m / self.descend_mps
+
+    def ground_speed_mps(self, east: float, north: float) -> float:
+        """Return its speed over ground in a direction, a unit vector; 0 if it cannot hold it."""
+        along = self.wind_mps[0] * east + self.wind_mps[1] * north
+        across = self.wind_mps[1] * east - self.wind_mps[0] * north
+        if abs(across) >= self.speed_mps:
+            return 0.0
+        return max(0.0, along + math.sqrt(self.speed_mps**2 - across**2))
+
+    def corner_speed_mps(self, cosine: float) -> float:
+        """Return how fast it may take a corner.
+
+        Parameters
+        ----------
+        cosine
+            Of the angle by which it turns there: 1 is straight on, -1 straight back.
+        """
+        half = math.sqrt(max(0.0, (1.0 + cosine) / 2.0))
+        if half > STRAIGHT or math.isinf(self.acceleration_mps2 * self.corner_m):
+            return math.inf
+        return math.sqrt(self.acceleration_mps2 * self.corner_m * half / (1.0 - half))
+
+
+@dataclass(frozen=True, eq=False)
+class TimedFlight(Frozen):
+    """When an aircraft is at its waypoints; W of them, at its height from the first to the last."""
+
+    arrives_s: Floats  # (W,) seconds after the first waypoint
+    leaves_s: Floats  # (W,) after hovering there
+    passes_mps: Floats  # (W,) speed over ground there
+    cruises_mps: Floats  # (W - 1,) greatest speed over ground between two waypoints
+
+    def __post_init__(self) -> None:
+        names = ("arrives_s", "leaves_s", "passes_mps", "cruises_mps")
+        freeze(self, **dict.fromkeys(names, np.float64))
+
+
+def timed(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> TimedFlight:
+    """Return when an aircraft that starts and ends at rest is at the waypoints of a line.
+
+    Parameters
+    ----------
+    xy_m
+        (W, 2) metres; no two neighbours at one place.
+    hold_s
+        (W,) seconds that it hovers at each; at a stop it comes to rest.
+    """
+    steps = np.diff(xy_m, axis=0)
+    length_m = np.hypot(steps[:, 0], steps[:, 1])
+    direction = (steps / length_m[:, None]).tolist()
+    top = [law.ground_speed_mps(*unit) for unit in direction]
+    passes = _passing_speeds(direction, length_m.tolist(), top, hold_s.tolist(), law)
+    clock_s, arrives_s, leaves_s, cruises = 0.0, [0.0], [float(hold_s[0])], []
+    for leg, metres in enumerate(length_m.tolist()):
+        seconds, cruise = _leg(metres, (passes[leg], passes[leg + 1]), top[leg], law)
+        clock_s = leaves_s[-1] + seconds
+        arrives_s.append(clock_s)
+        leaves_s.append(clock_s + float(hold_s[leg + 1]))
+        cruises.append(cruise)
+    return TimedFlight(np.array(arrives_s), np.array(leaves_s), np.array(passes), np.array(cruises))
+
+
+def _passing_speeds(
+    direction: list[list[float]],
+    length_m: list[float],
+    top: list[float],
+    hold_s: list[float],
+    law: FlightLaw,
+) -> list[float]:
+    """Return the speed at each waypoint: no corner too fast, none out of reach of its neighbours.
+
+    With endless acceleration an aircraft is as fast as it likes at once, and rest costs nothing.
+    """
+    last, rate = len(length_m), law.acceleration_mps2
+    passes = [0.0] * (last + 1)
+    for i in range(1, last):
+        if hold_s[i] <= 0.0:
+            (ax, ay), (bx, by) = direction[i - 1], direction[i]
+            passes[i] = min(top[i - 1], top[i], law.corner_speed_mps(ax * bx + ay * by))
+    for i in range(1, last + 1):
+        passes[i] = min(passes[i], math.sqrt(passes[i - 1] ** 2 + 2 * rate * length_m[i - 1]))
+    for i in range(last - 1, -1, -1):
+        passes[i] = min(passes[i], math.sqrt(passes[i + 1] ** 2 + 2 * rate * length_m[i]))
+    return passes
+
+
+def _leg(
+    length_m: float, ends_mps: tuple[float, float], top_mps: float, law: FlightLaw
+) -> tuple[float, float]:
+    """Return how long a leg takes, seconds, and the greatest speed on it: a trapezoid."""
+    rate = law.acceleration_mps2
+    if math.isinf(rate):
+        return (length_m / top_mps if top_mps > 0.0 else math.inf), top_mps
+    if top_mps <= 0.0:
+        return math.inf, 0.0
+    first, second = ends_mps
+    peak = min(top_mps, math.sqrt((2 * rate * length_m + first**2 + second**2) / 2))
+    changing_m = (2 * peak**2 - first**2 - second**2) / (2 * rate)
+    changing_s = (2 * peak - first - second) / rate
+    return changing_s + max(0.0, length_m - changing_m) / peak, peak

@@ -1,0 +1,115 @@
+"""A real aircraft is where its track says, and always home before it is empty."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from planner.flight.as_flown import OFF_M, Battery, home_in_time, track_points
+from planner.flight.law import FlightLaw, timed
+
+PLACES = st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=2, max_size=12)
+LAWS = st.builds(
+    FlightLaw,
+    st.floats(5, 25),
+    acceleration_mps2=st.floats(0.5, 5) | st.just(math.inf),
+    corner_m=st.floats(0.5, 10),
+    climb_mps=st.floats(1, 10),
+    descend_mps=st.floats(1, 10),
+    altitude_m=st.floats(0, 120),
+    wind_mps=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+)
+
+
+def apart(places: list[tuple[int, int]]) -> np.ndarray:
+    """Places 100 m apart, each other than the one before."""
+    kept = [places[0]]
+    kept += [b for a, b in itertools.pairwise(places) if a != b]
+    return 100.0 * np.array(kept, dtype=np.float64)
+
+
+@settings(max_examples=60, deadline=None)
+@given(PLACES, LAWS, st.floats(60, 1500), st.floats(0, 100), st.floats(0, 4.5))
+def test_it_is_home_in_time_from_wherever_it_is(
+    places: list[tuple[int, int]], law: FlightLaw, lasts_s: float, reserve_s: float, wind: float
+) -> None:
+    xy_m = apart(places)
+    assume(len(xy_m) > 1)
+    headwind_mps = max(wind, math.hypot(*law.wind_mps))
+    battery = Battery(lasts_s, reserve_s, (float(xy_m[0, 0]), float(xy_m[0, 1])), headwind_mps)
+    assume(law.climb_s + law.descend_s + reserve_s < lasts_s)
+    hold_s = np.where(np.arange(len(xy_m)) % 3 == 1, 20.0, 0.0)
+    line, holds = home_in_time(xy_m, hold_s, law, battery)
+    if len(line) == 1:
+        return  # nothing could be flown
+    flight = timed(line, holds, law)
+    after_s, where = track_points(line, flight, law)
+    used_s = law.climb_s + after_s
+    on_the_ground_s = float(used_s[-1]) + law.descend_s
+    assert on_the_ground_s + reserve_s <= lasts_s + 1e-6
+    out = after_s <= flight.leaves_s[-2]
+    still_s = battery.home_s(where[out], law) - 1.5 * law.speed_mps / law.acceleration_mps2
+    assert np.all(used_s[out] + still_s + reserve_s <= lasts_s + 1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(PLACES, LAWS)
+def test_the_track_is_where_even_acceleration_takes_it(
+    places: list[tuple[int, int]], law: FlightLaw
+) -> None:
+    """A quarter of a metre at most from the motion in fine steps, and never too fast."""
+    xy_m = apart(places)
+    assume(len(xy_m) > 1)
+    hold_s = np.where(np.arange(len(xy_m)) % 2 == 1, 3.0, 0.0)
+    flight = timed(xy_m, hold_s, law)
+    after_s, where = track_points(xy_m, flight, law)
+    assert np.all(np.diff(after_s) > 0)
+    assert after_s[-1] == pytest.approx(flight.leaves_s[-1])
+    speed = np.hypot(*np.diff(where, axis=0).T) / np.diff(after_s)
+    assert speed.max() <= law.speed_mps + math.hypot(*law.wind_mps) + 1e-6
+    if math.isinf(law.acceleration_mps2):
+        return
+    for leg in range(len(xy_m) - 1):
+        moved = xy_m[leg + 1] - xy_m[leg]
+        first, last, cruise = *flight.passes_mps[leg : leg + 2], flight.cruises_mps[leg]
+        fine_s = np.linspace(0.0, flight.arrives_s[leg + 1] - flight.leaves_s[leg], 4001)
+        speeds = np.minimum(
+            np.minimum(first + law.acceleration_mps2 * fine_s, cruise),
+            last + law.acceleration_mps2 * (fine_s[-1] - fine_s),
+        )
+        along_m = np.concatenate(
+            ([0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2 * np.diff(fine_s)))
+        )
+        length_m = math.hypot(*moved)
+        assert along_m[-1] == pytest.approx(length_m, rel=1e-3)
+        here = [np.interp(flight.leaves_s[leg] + fine_s, after_s, column) for column in where.T]
+        ahead_m = np.stack(here, axis=1) @ (moved / length_m) - xy_m[leg] @ (moved / length_m)
+        assert np.abs(ahead_m - along_m).max() <= OFF_M + 2e-3 * length_m
+
+
+def test_a_flight_that_is_short_enough_stays_as_it_is() -> None:
+    xy_m, law = np.array([[0.0, 0.0], [300.0, 0.0]]), FlightLaw(10.0, 2.0, 2.0)
+    line, holds = home_in_time(xy_m, np.zeros(2), law, Battery())
+    assert np.array_equal(line, xy_m)
+    assert holds.tolist() == [0.0, 0.0]
+
+
+def test_it_turns_where_the_way_home_gets_too_long() -> None:
+    """10 m/s for 100 s: out to 500 m and back, for the ideal aircraft."""
+    xy_m, law = np.array([[0.0, 0.0], [5000.0, 0.0]]), FlightLaw(10.0)
+    line, _ = home_in_time(xy_m, np.zeros(2), law, Battery(100.0, home_m=(0.0, 0.0)))
+    assert line == pytest.approx(np.array([[0.0, 0.0], [500.0, 0.0], [0.0, 0.0]]))
+    against = Battery(100.0, home_m=(0.0, 0.0), headwind_mps=5.0)
+    line, _ = home_in_time(xy_m, np.zeros(2), law, against)
+    assert line[1, 0] == pytest.approx(1000.0 / 3.0)  # d / 10 + d / 5 = 100
+
+
+def test_it_leaves_off_hovering_in_time() -> None:
+    xy_m, law = np.array([[0.0, 0.0], [100.0, 0.0], [200.0, 0.0]]), FlightLaw(10.0)
+    battery = Battery(100.0, reserve_s=20.0, home_m=(0.0, 0.0))
+    line, holds = home_in_time(xy_m, np.array([0.0, 500.0, 0.0]), law, battery)
+    assert line.tolist() == [[0.0, 0.0], [100.0, 0.0], [0.0, 0.0]]
+    assert holds.tolist() == pytest.approx([0.0, 60.0, 0.0])
