@@ -1,0 +1,74 @@
+"""MAVSDK, which ground stations use, imports the missions for both autopilots."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner.export.mavlink import plan_file, waypoints_file
+from support.flight_files import flight_at
+
+BEAT_S = 0.2
+TRIES_S = 20.0
+
+
+def beat(port: int, firmware: int, stop: threading.Event) -> None:
+    """Say now and then that there is a vehicle, as an autopilot does."""
+    from pymavlink import mavutil
+
+    address = f"udpout:127.0.0.1:{port}"
+    link = mavutil.mavlink_connection(address, source_system=1, source_component=1)
+    while not stop.wait(BEAT_S):
+        link.mav.heartbeat_send(2, firmware, 0, 0, 3)
+    link.close()
+
+
+@pytest.fixture(params=[3, 12], ids=["ardupilot", "px4"])
+def importer(request: pytest.FixtureRequest) -> Iterator[tuple[str, Any]]:
+    """The vehicle's name, and MAVSDK's raw missions while a vehicle of that kind is there."""
+    from mavsdk import ComponentType, Configuration, Mavsdk
+    from mavsdk.plugins.mission_raw import MissionRaw
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    stop = threading.Event()
+    vehicle = threading.Thread(target=beat, args=(port, request.param, stop), daemon=True)
+    vehicle.start()
+    kind = ComponentType.GROUND_STATION
+    sdk = Mavsdk(Configuration.create_with_component_type(kind))
+    try:
+        sdk.add_any_connection(f"udpin://127.0.0.1:{port}")
+        yield request.node.callspec.id, MissionRaw(sdk.first_autopilot(TRIES_S))
+    finally:
+        stop.set()
+        vehicle.join()
+        sdk.destroy()
+
+
+def test_it_imports_the_plan(importer: tuple[str, Any], tmp_path: Path) -> None:
+    autopilot, raw = importer
+    flight = flight_at(-33.9, 18.4)
+    fence = [[(-34.0, 18.0), (-34.0, 19.0), (-33.0, 18.5)]]
+    text = plan_file(flight, autopilot=autopilot, fence=fence)  # type: ignore[arg-type]
+    (tmp_path / "f.plan").write_text(text, encoding="utf-8")
+    read = raw.import_qgroundcontrol_mission(str(tmp_path / "f.plan"))
+    flown = read.mission_items[-6:]  # for ArduPilot it puts home before them
+    assert [item.command for item in flown] == [22, 178, 16, 16, 16, 20]
+    assert len(read.geofence_items) == 3
+    for item, one in zip(flown[2:5], flight.waypoints[1:], strict=False):
+        assert item.x / 1e7 == pytest.approx(one.lat_deg, abs=1e-7)
+        assert item.y / 1e7 == pytest.approx(one.lon_deg, abs=1e-7)
+        assert (item.frame, item.z) in {(3, 100.0), (6, 100.0)}
+
+
+def test_it_imports_the_waypoints_of_ardupilot(importer: tuple[str, Any], tmp_path: Path) -> None:
+    autopilot, raw = importer
+    if autopilot == "px4":
+        return  # there line 0 is a place to fly to: the file is not for it, and says so
+    (tmp_path / "f.waypoints").write_text(waypoints_file(flight_at(52.4, -13.5)))
+    read = raw.import_mission_planner_mission(str(tmp_path / "f.waypoints"))
+    assert [item.command for item in read.mission_items][-6:] == [22, 178, 16, 16, 16, 20]
