@@ -14,6 +14,7 @@ from planner.flight.uav import Uav
 from planner.mission.plan_file import plan_content, read_plan, write_plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from support.drawn_streets import drawn
 from support.instances import figure3, physics_futures
 
 
@@ -89,3 +90,20 @@ def test_what_is_no_plan_is_told_in_one_line(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('"AB"', '"ZZ"'))
     with pytest.raises(InputError, match="ZZ"):
         read_plan(path, figure3())
+
+
+def test_of_a_loop_the_way_tells_in_which_direction_it_was_flown(tmp_path: Path) -> None:
+    square = [(2e3, 0.0), (2e3, 2e3), (0.0, 2e3)]
+    nodes = {"A": (0.0, 0.0), "B": (-3e3, 0.0)}
+    network, _ = drawn(nodes, {"AA": ("A", "A", square), "AB": ("A", "B", ())})
+    uav = Uav(x_m=0.0, y_m=-500.0, take_off_s=0.0, speed_mps=100.0)
+    nobody = physics_futures(network, [], 0.0, 1.0)
+    asked = Problem(network, nobody, uav, Sensor(200.0), Objective(3_600.0))
+    for order in ([0, 2], [1, 2]):
+        plan = plan_of_legs(asked, "by hand", order)
+        evaluation = evaluate(plan.tracks, nobody, asked.sensor, asked.objective)
+        figures = {"planned": evaluation, "evaluated": evaluation, "seed": 1}
+        content = plan_content(plan, network, sensor=asked.sensor, **figures)
+        write_plan(tmp_path / "plan.json", content)
+        again = read_plan(tmp_path / "plan.json", network)
+        assert [leg.leg for leg in again.plan.legs[0]] == order

@@ -252,6 +252,20 @@ def test_a_scenario_merges_by_a_third_of_the_radius(berlin: OpenScenario) -> Non
     assert edges.network.road_ids == edges.network.edge_ids
 
 
+def test_roads_wider_than_the_sensor_sees_are_noted(caplog: pytest.LogCaptureFixture) -> None:
+    open_scenario("berlin")
+    assert "road_tolerance_m" not in caplog.text
+    open_scenario("berlin", overrides=["network.road_tolerance_m=60"])
+    assert "network.road_tolerance_m: a target may be" in caplog.text
+
+
+def test_take_off_is_at_any_node_of_the_net(berlin: OpenScenario) -> None:
+    lost = next(name for name in berlin.network.junction_ids if name not in berlin.network.node_ids)
+    opened = open_scenario("berlin", overrides=[f"uav.start={{node='{lost}'}}"])
+    edges = open_scenario("berlin", overrides=["network.road_tolerance_m=0"]).network
+    assert opened.uav_xy_m == tuple(edges.node_xy_m[edges.node_index[lost]])
+
+
 def test_berlin_has_149_roads(berlin: OpenScenario) -> None:
     assert len(berlin.network.road_ids) == pytest.approx(149, rel=0.03)
 
