@@ -38,6 +38,7 @@ from .mission.recorder import make_plan as make_plan
 from .mission.recorder import problem_of as problem_of
 from .network.read import read_net as read_net
 from .network.road_network import RoadNetwork as RoadNetwork
+from .network.roads import with_roads as with_roads
 from .search.greedy import greedy as greedy
 from .search.greedy_options import GreedyOptions as GreedyOptions
 from .search.methods import METHODS as METHODS

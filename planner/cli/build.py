@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         "sha256": network.sha256,
         "nodes": len(network.node_ids),
         "roads": len(network.road_ids),
+        "edges": len(network.edge_ids),
         "length_km": float(network.road_length_m.sum()) / 1000,
         **network.credit,
     }

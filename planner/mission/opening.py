@@ -85,6 +85,7 @@ def open_scenario(
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario()
+    _note_wide_roads(network, scenario.sensor.radius_m)
     return OpenScenario(
         scenario=scenario,
         network=network,
@@ -141,6 +142,17 @@ def _road_tolerance_m(draft: Draft) -> float:
     if draft.network is not None and draft.network.road_tolerance_m is not None:
         return draft.network.road_tolerance_m
     return draft.sensor.radius_m * PART_OF_RADIUS if draft.sensor is not None else 0.0
+
+
+def _note_wide_roads(network: RoadNetwork, radius_m: float) -> None:
+    widest_m = float(network.half_width_m.max())
+    if widest_m > radius_m:
+        log.warning(
+            "network.road_tolerance_m: a target may be %.0f m beside a road's line, farther than "
+            "the sensor sees (%g m); a smaller tolerance keeps more roads apart",
+            widest_m,
+            radius_m,
+        )
 
 
 def _turns(
