@@ -22,11 +22,19 @@ from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 4
+COLUMNS_VERSION = 5
 # A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
 SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
-TEXTS = ("node_ids", "road_ids", "edge_ids", "closed_edge_ids", "projection")
+TEXTS = (
+    "node_ids",
+    "road_ids",
+    "edge_ids",
+    "closed_edge_ids",
+    "edge_street",
+    "projection",
+    "net_offset_m",
+)
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -231,7 +239,9 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
         "edge_exit": found_exits(shapes, leads_on),
+        "edge_street": tuple(" ".join((edge.getName() or "").split()) for edge in edges),
         "projection": _projection(net),
+        "net_offset_m": _offset_m(net, source),
     }
 
 
@@ -239,6 +249,13 @@ def _projection(net: Any) -> str | None:
     # sumolib's public way to it needs pyproj.
     parameters = net._location.get("projParameter", NO_PROJECTION)
     return None if parameters == NO_PROJECTION else str(parameters)
+
+
+def _offset_m(net: Any, source: Path) -> tuple[float, float]:
+    x_m, y_m = map(float, net._location.get("netOffset", "0,0").split(","))
+    if not np.isfinite((x_m, y_m)).all():
+        raise InputError(f"{source}: its netOffset is not finite; build the network again")
+    return x_m, y_m
 
 
 def _shape(edge: Any) -> Floats:
