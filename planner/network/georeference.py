@@ -50,11 +50,8 @@ def lonlat(network: RoadNetwork, xy_m: Floats) -> Floats:
         _projection(network)(grid_m[..., 0], grid_m[..., 1], inverse=True, errcheck=False), axis=-1
     )
     sound = np.asarray(np.isfinite(found).all(axis=-1))
-    _refuse_senseless(
-        given,
-        sound,
-        f"x {{}} m, y {{}} m: no place on the Earth by {_of(network)}; give one nearby",
-    )
+    text = f"x {{}} m, y {{}} m: no place on the Earth by {_of(network)}; give one near the net"
+    _refuse_senseless(given, sound, text)
     return found
 
 
@@ -144,6 +141,6 @@ def _parsed(parameters: str, source: str) -> "Proj":
         projection = Proj(parameters)
     except ProjError as error:
         raise InputError(
-            f"{source}: its projection, {parameters}, is none that PROJ knows; give places in metres"
+            f"{source}: PROJ does not know its projection, {parameters}; give places in metres"
         ) from error
     return projection

@@ -56,8 +56,9 @@ def test_by_hand() -> None:
     network = utm_net()
     where = lonlat(network, np.array([[0.0, 0.0], [0.0, 10_000.0]]))
     np.testing.assert_allclose(where[:, 0], 15.0, rtol=0, atol=1e-12)
-    # A degree of the meridian of WGS 84 at 45.15 degrees: 111,132.95 - 559.85 cos(2 x 45.15) m.
-    degree_m = 111_132.95 - 559.85 * math.cos(math.radians(2 * where[:, 1].mean()))
+    # A degree of the meridian of WGS 84 is 111,132.954 - 559.822 cos 2 phi + 1.175 cos 4 phi m.
+    phi = math.radians(where[:, 1].mean())
+    degree_m = 111_132.954 - 559.822 * math.cos(2 * phi) + 1.175 * math.cos(4 * phi)
     assert where[1, 1] - where[0, 1] == pytest.approx(10_000 / 0.9996 / degree_m, rel=1e-6)
     assert grid_convergence_deg(network, np.zeros(2)) == pytest.approx(0.0, abs=1e-12)
 
