@@ -15,7 +15,7 @@ from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection

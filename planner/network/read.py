@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.network.build import build_net, import_osm
 from planner.network.exits import found_exits, with_exits
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
 from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection

@@ -98,5 +98,5 @@ def test_a_net_without_a_projection_says_so(projection: str | None) -> None:
     assert not is_georeferenced(network)
     assert is_georeferenced(utm_net())
     for ask in (lonlat, xy_of_lonlat, grid_convergence_deg):
-        with pytest.raises(InputError, match="projection.*give places in metres"):
+        with pytest.raises(InputError, match=r"projection.*give places in metres"):
             ask(network, np.zeros(2))
