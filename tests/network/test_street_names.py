@@ -102,7 +102,7 @@ def test_the_named_share_is_of_lengths() -> None:
     [
         ("main street", "is a street; its edges are AB, BC, CD"),
         ("Main Stret", "did you mean the street Main Street? its edges are AB, BC, CD"),
-        ("ABC", "is not an edge of the network; did you mean AB?"),
+        ("ABC", "is not an edge of the network; did you mean BC?"),
         ("nowhere at all", "is not an edge of the network; known: AB, BC"),
     ],
 )
