@@ -32,7 +32,7 @@ class Prior(Frozen):
     turn_probability: Floats
     speed_per_road: bool  # True: a new speed is drawn on every road
     driving: Driving
-    gone: bool  # True: vanishes at its route's end, False: rests there
+    gone: bool  # True: vanishes at its route's end, False: rests there, unless that is an exit
     probability_present: float  # that the target exists at all
     signals_known: bool = False  # True: time 0 is second 0 of the signals' programs
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets, first_rows
+from planner.arrays import Floats, Ints, first_rows
 from planner.belief.distribution import Distribution, Listed, chosen
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior, in_town
@@ -22,9 +22,10 @@ from planner.belief.routes import (
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
-from planner.messages import as_written, suggestion
+from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s
+from planner.network.street_names import no_edge
 from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
@@ -76,10 +77,8 @@ def sample(
         parts = [_drawn(prior, network, columns, horizon_s) for columns in blocks]
         starts, routes = _joined(parts)
         weight = np.full(n, 1 / n)
-    seed = seeds.integers(1, LARGEST_SEED, len(starts), endpoint=True)
-    phase_s = _phases(prior, network, len(starts), seeds.spawn(1)[0])
     present = weight * prior.probability_present
-    return _particles(prior, starts, routes, present, seed, phase_s)
+    return _particles(prior, network, starts, routes, present, seeds)
 
 
 def predefined(
@@ -123,10 +122,7 @@ def predefined(
         )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
-    seeds = rng.spawn(1)[0]
-    seed = seeds.integers(1, LARGEST_SEED, 1, endpoint=True)
-    phase_s = _phases(prior, network, 1, seeds.spawn(1)[0])
-    return _particles(prior, start, routes, np.ones(1), seed, phase_s)
+    return _particles(prior, network, start, routes, np.ones(1), rng.spawn(1)[0])
 
 
 def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
@@ -144,10 +140,7 @@ def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
         raise InputError("route: is empty; name at least one edge")
     for name in route:
         if name not in network.edge_index:
-            if name in network.closed_edges:
-                raise InputError(f"route: {name} is not for cars; name edges that a car may use")
-            hint = suggestion(name, network.edge_ids)
-            raise InputError(f"route: {name} is not an edge of the network; {hint}")
+            raise InputError(f"route: {name} {no_edge(name, network)}")
     edges = [network.edge_index[name] for name in route]
     for before, after in pairwise(edges):
         ways = network.turns(before, back=True)
@@ -237,9 +230,16 @@ def _values(numbers: Distribution | None, key: str) -> tuple[Floats, Floats]:
 
 
 def _particles(
-    prior: Prior, starts: Starts, routes: Routes, weight: Floats, seed: Offsets, phase_s: Ints
+    prior: Prior,
+    network: RoadNetwork,
+    starts: Starts,
+    routes: Routes,
+    weight: Floats,
+    seeds: np.random.Generator,
 ) -> Particles:
     n = len(starts)
+    seed = seeds.integers(1, LARGEST_SEED, n, endpoint=True)
+    leaves = network.edge_exit[routes.edge[routes.first_edge[1:] - 1]]
     return Particles(
         weight=weight,
         start_m=starts.distance_m,
@@ -248,7 +248,7 @@ def _particles(
         route_edge=routes.edge,
         speed_mps=routes.speed_mps,
         seed=seed,
-        gone=np.full(n, prior.gone),
+        gone=prior.gone | leaves,
         driving=prior.driving,
-        phase_s=phase_s,
+        phase_s=_phases(prior, network, n, seeds.spawn(1)[0]),
     )

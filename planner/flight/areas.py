@@ -12,8 +12,8 @@ import numpy as np
 from planner.arrays import Floats
 from planner.errors import InputError
 from planner.flight.airspace import Area
-from planner.flight.degrees import plane_m
 from planner.guard import read_json
+from planner.network.georeference import is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 
 Rings = Sequence[Any]  # of a polygon: its edge, then its holes, each a list of points
@@ -45,7 +45,7 @@ def area_of_file(path: Path, network: RoadNetwork) -> Area:
         If it is no GeoJSON of polygons, one of them is open or crosses itself, they lie far from
         the net, or the net has no projection.
     """
-    if network.projection is None:
+    if not is_georeferenced(network):
         raise InputError(
             "GeoJSON has degrees, and the net has no projection; give points in metres instead, "
             "as [[0, 0], [500, 0], [500, 500]]"
@@ -55,7 +55,7 @@ def area_of_file(path: Path, network: RoadNetwork) -> Area:
     polygons = [_closed(rings) for rings in _polygons(content)]
     if not polygons:
         raise InputError("holds no polygon; give a Polygon or a MultiPolygon")
-    return _area(polygons, network, lambda degrees: plane_m(network, degrees))
+    return _area(polygons, network, lambda degrees: xy_of_lonlat(network, degrees))
 
 
 def _polygons(content: Any) -> Iterator[Rings]:
@@ -116,9 +116,6 @@ def _ring(ring: Any) -> Floats:
             f"a ring of {len(points)} points is not closed; give at least four, the last one "
             "equal to the first"
         )
-    lon, lat = np.abs(points).max(axis=0)
-    if not (lon <= 180.0 and lat <= 90.0):
-        raise InputError("holds numbers that are no degrees; GeoJSON is longitude and latitude")
     return points
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from planner.arrays import Floats
-from planner.flight.degrees import lonlat, net_offset_m
 from planner.flight.track import Track
+from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 
 DIGITS = 8  # of a degree: a millimetre on the ground
@@ -17,8 +17,8 @@ def frame(network: RoadNetwork) -> dict[str, Any]:
     """Return which net a plan is for, and how its plane lies on the Earth, as plain data."""
     return {
         "sha256": network.sha256,
-        "projection": network.projection,
-        "net_offset_m": list(net_offset_m(network)),
+        "projection": network.projection if is_georeferenced(network) else None,
+        "net_offset_m": list(network.net_offset_m),
     }
 
 
@@ -37,7 +37,7 @@ def waypoints(track: Track, network: RoadNetwork) -> list[list[float]]:
 def _rows(xy_m: Floats, network: RoadNetwork) -> list[list[float]]:
     """Return places, (n, 2) metres, as rows of x, y, and where there are any lon and lat."""
     columns = [xy_m]
-    if network.projection is not None:
+    if is_georeferenced(network):
         columns += [np.round(lonlat(network, xy_m), DIGITS)]
     rows: list[list[float]] = np.concatenate(columns, axis=1).tolist()
     return rows

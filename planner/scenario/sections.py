@@ -18,6 +18,7 @@ from planner.scenario.values import (
     Distances,
     DistributionSection,
     Moment,
+    Name,
     PositiveSeconds,
     Radius,
     Seconds,
@@ -55,6 +56,11 @@ class NetworkSection(Section):
         description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
+    exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
+        default=None,
+        description="the edges that lead off the map, as in exits = [NAME, NAME]; [] for none, or "
+        "leave it out for those found at the edge of the net",
+    )
     attribution: Credit | None = Field(
         default=None, description=f'whose data the network is, as in "{OF_OSM}"'
     )
