@@ -67,6 +67,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     if problem.start is not None:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
+    if problem.airspace is not None:
+        raise NotApplicableError("there is no bound yet on flights within [airspace]")
     objective, movements = problem.objective, Movements(problem)
     seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight

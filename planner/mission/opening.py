@@ -12,11 +12,13 @@ from planner.belief.distribution import distribution
 from planner.belief.prior import Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
+from planner.flight.airspace import Airspace
 from planner.messages import as_written, suggestion
+from planner.mission.areas import airspace_of, place_faults
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
@@ -38,6 +40,7 @@ class OpenScenario:
     network: RoadNetwork
     prior: Prior  # what the planners know
     truth_prior: Prior  # what the true targets are drawn from
+    airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
 
     @property
     def uav_xy_m(self) -> tuple[float, float]:
@@ -79,9 +82,14 @@ def open_scenario(
                 found += _distance_faults(key, target, network)
             faults += faults_of_fields(found, key, names)
         faults += _uav_faults(draft.uav, network)
+        airspace, found = airspace_of(draft.airspace, draft.folder, network)
+        faults += found
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
             faults += _far_faults(draft, draft.uav, network)
+            if airspace is not None:
+                start, home = _start_xy(draft.uav.start, network), _return_xy(draft.uav, network)
+                faults += place_faults(airspace, network, start, home)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario()
@@ -91,6 +99,7 @@ def open_scenario(
         network=network,
         prior=prior_of(scenario.target, network, turns=turns["target"]),
         truth_prior=prior_of(scenario.truth, network, turns=turns["truth"]),
+        airspace=airspace,
     )
 
 

@@ -15,17 +15,25 @@ from planner.errors import InputError
 from planner.network.build import build_net, import_osm
 from planner.network.exits import found_exits, with_exits
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
 from planner.npz import load_fields, save_fields
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 4
+COLUMNS_VERSION = 5
 # A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
 SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
-TEXTS = ("node_ids", "road_ids", "edge_ids", "closed_edge_ids", "projection")
+TEXTS = (
+    "node_ids",
+    "road_ids",
+    "edge_ids",
+    "closed_edge_ids",
+    "edge_street",
+    "projection",
+    "net_offset_m",
+)
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -230,7 +238,9 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
         "edge_exit": found_exits(shapes, leads_on),
+        "edge_street": tuple(" ".join((edge.getName() or "").split()) for edge in edges),
         "projection": _projection(net),
+        "net_offset_m": _offset_m(net, source),
     }
 
 
@@ -238,6 +248,13 @@ def _projection(net: Any) -> str | None:
     # sumolib's public way to it needs pyproj.
     parameters = net._location.get("projParameter", NO_PROJECTION)
     return None if parameters == NO_PROJECTION else str(parameters)
+
+
+def _offset_m(net: Any, source: Path) -> tuple[float, float]:
+    x_m, y_m = map(float, net._location.get("netOffset", "0,0").split(","))
+    if not np.isfinite((x_m, y_m)).all():
+        raise InputError(f"{source}: its netOffset is not finite; build the network again")
+    return x_m, y_m
 
 
 def _shape(edge: Any) -> Floats:

@@ -38,7 +38,7 @@ from planner.network.beside import nearest_road, off_roads
 from planner.network.contraction import Nodes, contracted
 from planner.network.lines import Lines
 from planner.network.links import NetFile, read_links
-from planner.network.merging import (
+from planner.network.streets import (
     Street,
     joined_chains,
     mean_line,

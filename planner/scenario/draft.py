@@ -16,6 +16,7 @@ from planner.scenario import checks
 from planner.scenario.faults import faults_of
 from planner.scenario.sections import (
     SECTIONS,
+    AirspaceSection,
     FuturesSection,
     GreedySection,
     NetworkSection,
@@ -46,6 +47,7 @@ class Draft:
     truth: TargetSection | None
     uav: UavSection | None
     sensor: SensorSection | None
+    airspace: AirspaceSection | None
     futures: FuturesSection | None
     search: SearchSection | None
     greedy: GreedySection | None

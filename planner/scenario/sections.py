@@ -12,6 +12,7 @@ from pydantic import Field
 
 from planner.scenario.source import FILE
 from planner.scenario.values import (
+    Area,
     Credit,
     Distance,
     Distances,
@@ -156,6 +157,23 @@ class SensorSection(Section):
     )
 
 
+class AirspaceSection(Section):
+    """Where the UAV may fly and where it searches: paths of GeoJSON files, or polygons."""
+
+    within: Area | None = Field(
+        default=None,
+        description="the area that is searched: a GeoJSON file or [[x, y], ...], or leave it out",
+    )
+    no_fly: Area | None = Field(
+        default=None,
+        description="what is flown around: a GeoJSON file or [[x, y], ...], or leave it out",
+    )
+    fence: Area | None = Field(
+        default=None,
+        description="what is never left: a GeoJSON file or [[x, y], ...], or leave it out",
+    )
+
+
 class FuturesSection(Section):
     """How the motion that SUMO simulates is recorded."""
 
@@ -225,6 +243,7 @@ SECTIONS: dict[str, type[Section]] = {
     "truth": TargetSection,
     "uav": UavSection,
     "sensor": SensorSection,
+    "airspace": AirspaceSection,
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
@@ -242,6 +261,7 @@ class Scenario:
     truth: TargetSection  # how the true targets differ from that, applied
     uav: UavSection
     sensor: SensorSection
+    airspace: AirspaceSection
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
@@ -268,6 +288,5 @@ class Scenario:
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        if not plain["futures"]:
-            del plain["futures"]  # nothing is said about it
-        return {"title": self.title, **plain}
+        silent = [key for key in ("airspace", "futures") if not plain[key]]
+        return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}
