@@ -38,6 +38,7 @@ from planner.network.beside import nearest_road, off_roads
 from planner.network.contraction import Nodes, contracted
 from planner.network.lines import Lines
 from planner.network.links import NetFile, read_links
+from planner.network.road_network import RoadNetwork
 from planner.network.streets import (
     Street,
     joined_chains,
@@ -45,7 +46,6 @@ from planner.network.streets import (
     merged_abreast,
     simplified,
 )
-from planner.network.road_network import RoadNetwork
 from planner.npz import load_fields, save_fields
 
 # Goes into the name of kept columns: raise it when the rules change.
