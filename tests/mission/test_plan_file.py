@@ -206,11 +206,11 @@ def test_of_a_loop_the_way_tells_in_which_direction_it_was_flown(tmp_path: Path)
     nodes = {"A": (0.0, 0.0), "B": (-3e3, 0.0)}
     network, _ = drawn(nodes, {"AA": ("A", "A", square), "AB": ("A", "B", ())})
     uav = Uav(x_m=0.0, y_m=-500.0, take_off_s=0.0, speed_mps=100.0)
-    nobody = physics_futures(network, [], 0.0, 1.0)
-    asked = Problem(network, nobody, uav, Sensor(200.0), Objective(3_600.0))
+    somebody = physics_futures(network, [["AA"]], 0.0, 1.0)
+    asked = Problem(network, somebody, uav, Sensor(200.0), Objective(3_600.0))
     for order in ([0, 2], [1, 2]):
         plan = plan_of_legs(asked, "by hand", order)
-        evaluation = evaluate(plan.tracks, nobody, asked.sensor, asked.objective)
+        evaluation = evaluate(plan.tracks, somebody, asked.sensor, asked.objective)
         figures = {"planned": evaluation, "evaluated": evaluation, "seed": 1}
         content = plan_content(plan, asked, **figures)
         write_plan(tmp_path / "plan.json", content)
