@@ -82,7 +82,7 @@ def open_scenario(
             faults += _far_faults(draft, draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
-    scenario = draft.scenario()
+    scenario = draft.scenario(in_town=not network.is_abstract)
     return OpenScenario(
         scenario=scenario,
         network=network,
