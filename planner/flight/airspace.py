@@ -27,6 +27,7 @@ Point: TypeAlias = tuple[float, float]  # metres
 MARGIN_M = 0.1  # that flights stay clear of what is forbidden; degrees in files are good to 0.001
 SHARPEST = 5.0  # margins: corners sharper than that are cut
 FAR_M = 1e9  # beyond all places that a scenario may name
+STEPS_M = (0.0, 1e-6, 1e-4, 1e-2, 1.0)  # from an edge inwards
 TOUCH_M = 1e-6  # by which rounding may carry a flight over an edge
 
 
@@ -38,7 +39,7 @@ class Airspace:
     fence: Area | None = None
     within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
     _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
-    _sight: dict[Point, list[int]] = field(default_factory=dict, repr=False)
+    _sight: dict[int, list[int]] = field(default_factory=dict, repr=False)  # corner to corners
 
     @cached_property
     def free(self) -> Area:
@@ -76,7 +77,7 @@ class Airspace:
             return ""
         near = shapely.Point(place).buffer(MARGIN_M)
         inside = self.no_fly is not None and self.no_fly.intersects(near)
-        return "in a no-fly area, or at its edge" if inside else "outside the fence, or at its edge"
+        return "in a no-fly area or at its edge" if inside else "outside the fence or at its edge"
 
     def connects(self, place: Point, other: Point) -> bool:
         """Tell whether the UAV may fly from one place to another in some way."""
@@ -106,12 +107,12 @@ class Airspace:
         """Return the nearest places to given ones, (k, 2), that are searched from a start."""
         import shapely
 
-        searched, found = self.searched(start), np.array(places, dtype=np.float64)
-        outside = np.flatnonzero(~shapely.covers(searched, shapely.points(found)))
-        inner = _grown(searched, -TOUCH_M)  # what is nearest to an edge is rounded
-        for k in outside.tolist():
-            found[k] = shapely.shortest_line(shapely.Point(found[k]), inner).coords[-1]
-        return [(float(x), float(y)) for x, y in found]
+        searched = self.searched(start)
+        inside = shapely.covers(searched, shapely.points(places))
+        return [
+            (float(place[0]), float(place[1])) if kept else _nearest(searched, place) or start
+            for place, kept in zip(places, inside, strict=True)
+        ]
 
     def roads_searched(self, network: RoadNetwork, place: Point) -> Flags:
         """Return which roads may be flown and are to be searched by who starts at a place, (R,)."""
@@ -172,7 +173,7 @@ class Airspace:
                 least[k], before[k] = length_m, from_
                 heapq.heappush(reached, (length_m + math.dist(corners[k], b), length_m, k))
 
-        for k in self._seen_from(a):
+        for k in np.flatnonzero(self._sees(a, self.corners)).tolist():
             reach(k, math.dist(a, corners[k]), -1)
         best: tuple[float, int] | None = None
         while reached and (best is None or reached[0][0] < best[0]):
@@ -181,15 +182,16 @@ class Airspace:
                 continue
             if k in ends and (best is None or bound_m < best[0]):
                 best = bound_m, k
-            for other in self._seen_from(corners[k]):
+            for other in self._seen_from(k):
                 reach(other, length_m + math.dist(corners[k], corners[other]), k)
         return None if best is None else [a, *_back(best[1], before, corners), b]
 
-    def _seen_from(self, place: Point) -> list[int]:
-        if place not in self._sight:
-            seen = self._sees(place, self.corners)
-            self._sight[place] = [int(k) for k in np.flatnonzero(seen)]
-        return self._sight[place]
+    def _seen_from(self, corner: int) -> list[int]:
+        if corner not in self._sight:
+            x_m, y_m = self.corners[corner].tolist()
+            seen = self._sees((x_m, y_m), self.corners)
+            self._sight[corner] = np.flatnonzero(seen).tolist()
+        return self._sight[corner]
 
     def _sees(self, place: Point, others: Floats | Sequence[Point]) -> Flags:
         """Return to which other places the UAV may fly straight, (k,)."""
@@ -206,6 +208,19 @@ def _back(last: int, before: Sequence[int], corners: Sequence[Point]) -> Iterabl
         way.append(corners[last])
         last = before[last]
     return reversed(way)
+
+
+def _nearest(area: Area, place: Floats) -> Point | None:
+    """Return a place in an area near to one outside; None if it is too thin to find any."""
+    import shapely
+
+    edge = np.array(shapely.shortest_line(shapely.Point(place), area).coords[-1])
+    onward = (edge - place) / np.hypot(*(edge - place))
+    for step_m in STEPS_M:  # the edge itself is rounded
+        x_m, y_m = (edge + step_m * onward).tolist()
+        if area.covers(shapely.Point(x_m, y_m)):
+            return x_m, y_m
+    return None
 
 
 def _grown(area: Area, by_m: float) -> Area:

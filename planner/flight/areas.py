@@ -127,8 +127,11 @@ def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) ->
         edge, *holes = [to_plane(np.asarray(ring, dtype=np.float64)) for ring in rings]
         polygon = shapely.Polygon(edge, holes)
         if not polygon.is_valid or polygon.area == 0.0:
-            why = shapely.is_valid_reason(polygon) if not polygon.is_valid else "it has no area"
-            raise InputError(f"a polygon does not enclose an area ({why}); correct its points")
+            why = shapely.is_valid_reason(polygon) if not polygon.is_valid else "no area"
+            why = why.replace("[", " at x, y ").rstrip("]").lower()
+            raise InputError(
+                f"a polygon crosses itself, or encloses nothing ({why}); correct its points"
+            )
         found.append(polygon)
     area = shapely.union_all(found)
     _refuse_far(area, network)
@@ -146,6 +149,6 @@ def _refuse_far(area: Area, network: RoadNetwork) -> None:
     if away_m > FAR * float((high - low).max()):
         raise InputError(
             f"lies {away_m / 1000:.6g} km from the net (x {low[0]:.8g} to {high[0]:.8g}, y "
-            f"{low[1]:.8g} to {high[1]:.8g} m); is it in another frame, or latitude before "
-            "longitude?"
+            f"{low[1]:.8g} to {high[1]:.8g} m); give the net's metres, or in GeoJSON "
+            "longitude and then latitude"
         )

@@ -42,10 +42,10 @@ def place_faults(
     """Yield what is wrong with where the UAV starts and lands, and with what is left to search."""
     why = airspace.forbids(start)
     if why:
-        yield Fault("uav.start", f"lies {why} of [airspace]; start elsewhere")
+        yield Fault("uav.start", f"lies {why}; start elsewhere, or correct [airspace]")
         return
     if home is not None and (why := airspace.forbids(home)):
-        yield Fault("uav.return_to", f"lies {why} of [airspace]; land elsewhere")
+        yield Fault("uav.return_to", f"lies {why}; land elsewhere, or correct [airspace]")
     elif home is not None and not airspace.connects(start, home):
         yield Fault("uav.return_to", "cannot be flown to within [airspace]; land elsewhere")
     if not airspace.roads_searched(network, start).any():

@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from planner.scenario.areas import Area
 from planner.scenario.source import FILE
 from planner.scenario.values import (
-    Area,
     Credit,
     Distance,
     Distances,

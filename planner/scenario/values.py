@@ -10,7 +10,7 @@ import functools
 import math
 import operator
 from collections.abc import Sequence
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -64,28 +64,6 @@ def _one_line(text: str) -> str:
     return text
 
 
-def _area(value: Any) -> Any:
-    """Return a path, or polygons as tuples of points; one polygon may stand without its list."""
-    if isinstance(value, str) and value:
-        return value
-    polygons = [value] if _is_polygon(value) else value
-    if isinstance(polygons, list | tuple) and polygons and all(map(_is_polygon, polygons)):
-        return tuple(tuple((float(x), float(y)) for x, y in polygon) for polygon in polygons)
-    raise ValueError(
-        f"should be the path of a GeoJSON file, or at least three points, not "
-        f"{as_written(value)}; write [[0, 0], [500, 0], [500, 500]], in metres as the net has them"
-    )
-
-
-def _is_polygon(value: Any) -> bool:
-    return isinstance(value, list | tuple) and len(value) > 2 and all(map(_is_point, value))
-
-
-def _is_point(value: Any) -> bool:
-    numbers = isinstance(value, list | tuple) and len(value) == 2
-    return numbers and all(type(one) in (int, float) and abs(one) <= FARTHEST_M for one in value)
-
-
 # Ranges are wide, but such that nothing computed from numbers within them overflows.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
@@ -99,8 +77,6 @@ PositiveSeconds = Annotated[
     Positive, Field(le=LONGEST_S), BeforeValidator(seconds), at_least(SHORTEST_S, "s")
 ]
 Moment = Annotated[AwareDatetime, BeforeValidator(moment)]
-Polygon: TypeAlias = tuple[tuple[float, float], ...]  # metres
-Area = Annotated[str | tuple[Polygon, ...], BeforeValidator(_area)]
 Tick = Annotated[Seconds, at_least(SHORTEST_S, "s", or_zero=True)]
 UavSpeed = Annotated[Positive, Field(le=1e5), at_least(0.01, "m/s")]
 Radius = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
