@@ -172,7 +172,7 @@ def _farthest_s(uav: Uav, x_m: float, y_m: float) -> float:
     that are as far from start and landing together as the UAV can fly.
     """
     most_m = uav.max_flight_time_s * uav.speed_mps
-    if uav.return_to_m is None:
+    if uav.return_to_m is None or most_m == np.inf:
         return uav.max_flight_time_s
     aside = np.subtract((uav.x_m, uav.y_m), uav.return_to_m)
     there = np.subtract((x_m, y_m), (uav.x_m, uav.y_m))

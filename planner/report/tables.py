@@ -15,6 +15,7 @@ from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase
 from planner.report.formats import Column, FittingTable, percent, titled_table
+from planner.search.methods import is_pattern
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -166,7 +167,8 @@ def _tell_more(table: FittingTable, rows: int) -> None:
 def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
     """Return methods side by side, on the same futures and the same fresh targets.
 
-    A method that cannot be used keeps its row and says why. Where bounds are known, a column says
+    A pilot's patterns stand apart from the planners. A method that cannot be used keeps its row and
+    says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
     """
     rows = list(rows)
@@ -192,7 +194,9 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
             Column("planning\ntook", rank=6),
         ),
     )
-    for row in rows:
+    for before, row in zip([rows[0], *rows] if rows else [], rows, strict=False):
+        if is_pattern(row.method) != is_pattern(before.method):
+            table.end_section()
         if row.evaluated is None:
             table.add_row(row.method, *["-"] * (len(table.columns) - 1))
         else:

@@ -245,3 +245,8 @@ def method_named(name: str) -> Method:
             return method
     names = ", ".join(method.name for method in METHODS)
     raise InputError(f"method {name!r} is unknown; choose one of {names}")
+
+
+def is_pattern(name: str) -> bool:
+    """Tell whether the method of that name, if there is one, is a pilot's pattern."""
+    return any(method.name == name and method.is_pattern for method in METHODS)

@@ -8,7 +8,7 @@ from planner.arrays import Floats
 from planner.search import patterns
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
-from planner.search.tuning import WIDELY, Layout, Tuner, Whereabouts
+from planner.search.tuning import Layout, Tuner, Whereabouts
 
 Pass = Callable[[Layout, int], Floats]  # the points of a pattern's pass by number, (W, 2)
 
@@ -91,8 +91,8 @@ def _tuned(
     best = where.by_the_book
     is_better(best)
     while tuner.goes_on:
-        widely = tuner.done < WIDELY * tuner.most
-        layout = where.flyable(where.drawn(rng) if widely else best.near(rng))
+        step = tuner.step
+        layout = where.flyable(where.drawn(rng) if step > 1.0 else best.near(rng, step))
         if is_better(layout):
             best = layout
     return tuner.result()

@@ -54,9 +54,9 @@ def sector_search(centre: Point, extent_m: float, course_deg: float) -> Floats:
     Nine legs as long as the extent, the radius. All turns are of 120 degrees to the right, and
     every third leg leads to the centre, through which the UAV flies straight on.
     """
-    number = np.arange(9.0)
-    turns = number - number // 3.0
-    return _legs(centre, np.full(9, extent_m), course_deg + 120.0 * turns)
+    away = extent_m * _heading(course_deg + np.array([[0.0, 60.0], [240.0, 300.0], [120.0, 180.0]]))
+    middle = np.array(centre)
+    return np.vstack([middle, *(point for out in away for point in (*(middle + out), middle))])
 
 
 def parallel_track(

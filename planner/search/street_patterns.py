@@ -1,5 +1,7 @@
 """What a pilot who knows the streets would fly: the busiest ones, and the best crossing."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
@@ -8,10 +10,19 @@ from planner.futures.edges_driven import NO_EDGE
 from planner.search.patterns import repeated
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
-from planner.search.tuning import Tuner, Whereabouts
+from planner.search.tuning import Tuner, Whereabouts, sought
 
 HUBS = 15  # the busiest nodes from which main streets are flown
-MOST_ARMS = 4  # main streets that are flown from one hub, at most
+MOST_STREETS = 4  # that are flown from one hub, at most
+
+
+@dataclass(frozen=True)
+class Route:
+    """Which main streets are flown."""
+
+    hub: int  # the node from which they are flown, out and back
+    streets: int  # how many, the busiest first
+    extent_m: float  # how far each
 
 
 def main_streets(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
@@ -33,14 +44,22 @@ def main_streets(problem: Problem, *, budget: Budget, rng: np.random.Generator) 
             "main-streets: nothing is known of the roads on which targets drive during the flight"
         )
 
-    def is_better(hub: int, arms: int, extent_m: float) -> bool:
-        ways = [streets.out_and_back(hub, leg, extent_m) for leg in streets.leaving(hub)[:arms]]
+    def is_better(route: Route) -> bool:
+        legs = streets.leaving(route.hub)[: route.streets]
+        ways = [streets.out_and_back(route.hub, leg, route.extent_m) for leg in legs]
         return tuner.is_better(repeated(lambda number: ways[number % len(ways)], where.flight_m))
 
-    is_better(hubs[0], 2, where.far_m)
+    best = Route(hubs[0], 2, where.far_m)
+    is_better(best)
     while tuner.goes_on:
-        arms = int(rng.integers(1, MOST_ARMS + 1))
-        is_better(int(rng.choice(hubs)), arms, where.any_extent_m(rng))
+        route, step = best, tuner.step
+        if step > 1.0:
+            route = Route(int(rng.choice(hubs)), 1, where.any_extent_m(rng))
+        further = float(np.exp(0.4 * min(1.0, step) * rng.normal()))
+        many = int(rng.integers(1, MOST_STREETS + 1))
+        route = Route(route.hub, many, route.extent_m * further)
+        if is_better(route):
+            best = route
     return tuner.result()
 
 
@@ -133,14 +152,15 @@ def _passing(problem: Problem, street: Ints | Offsets) -> Floats:
     street
         Which street each road belongs to, (R,).
     """
-    edges = problem.futures.edges
-    last = edges.first_change[1:][np.diff(edges.first_change) > 0] - 1
+    futures, edges = problem.futures, problem.futures.edges
+    known = np.diff(edges.first_change) > 0
     leaves_s = np.roll(edges.time_s, -1)
-    leaves_s[last] = np.inf
+    over_s = np.where(futures.gone, futures.end_s, np.inf)
+    leaves_s[edges.first_change[1:][known] - 1] = over_s[known]
     counts = (edges.edge != NO_EDGE) & (leaves_s > problem.uav_at_start.take_off_s)
     on = street[problem.network.edge_road[edges.edge[counts]]]
     who = edges.particle[counts]
     passed, particle = np.unique(np.stack([on, who], axis=1), axis=0).T
-    weight = problem.weight_at_start[particle]
+    weight = sought(problem)[particle]
     sums = np.bincount(passed, weights=weight, minlength=int(street.max()) + 1)
     return np.asarray(sums, dtype=np.float64)

@@ -18,9 +18,9 @@ from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
 from planner.search.waypoint_rewards import WaypointRewards
 
-TRIES = 150  # flights of one pattern that are compared, at most
-TRY = 500  # units of work that one takes, about
-WIDELY = 0.6  # share of the tries that are drawn widely; the others lie close to the best one
+TRIES = 200  # flights of one pattern that are compared, at most
+TRY = 400  # units of work that one takes, about
+WIDELY = 0.5  # share of the tries that are drawn widely; the others lie close to the best one
 FAR = 0.95  # share of the particles that the widest patterns enclose, about
 FARTHEST, SIZES = 1.5, 16.0  # reach of the widest pattern, by that; of the widest to the smallest
 FINEST = 40  # tracks of the finest pattern from its centre outwards
@@ -36,16 +36,16 @@ class Layout:
     course_deg: float  # of the first leg, clockwise from north
     slimness: float = 1.0  # of an oblong one: width by length
 
-    def near(self, rng: np.random.Generator) -> "Layout":
-        """Return one that differs a little in all of them."""
+    def near(self, rng: np.random.Generator, step: float) -> "Layout":
+        """Return one that differs in all of them, by about a step from 0 to 1."""
         east, north, turn, *scales = rng.normal(size=6).tolist()
-        spacing, extent, slimness = np.exp(0.25 * np.array(scales)).tolist()
-        away_m = 0.15 * self.extent_m
+        spacing, extent, slimness = np.exp(0.4 * step * np.array(scales)).tolist()
+        away_m = 0.25 * step * self.extent_m
         return Layout(
             (self.centre[0] + away_m * east, self.centre[1] + away_m * north),
             self.spacing_m * spacing,
             self.extent_m * extent,
-            (self.course_deg + 20.0 * turn) % 360.0,
+            (self.course_deg + 30.0 * step * turn) % 360.0,
             self.slimness * slimness,
         )
 
@@ -60,6 +60,11 @@ class Tuner:
         self._rewards = WaypointRewards(problem)
         self._best, self._reward = np.empty((0, 3)), -np.inf
         self.done, self.most = 0, max(1, min(TRIES, budget.work // TRY))
+
+    @property
+    def step(self) -> float:
+        """How far from the best one the next should be, 1 to 0; above 1: anywhere."""
+        return (1.0 - self.done / self.most) / (1.0 - WIDELY)
 
     @property
     def goes_on(self) -> bool:
@@ -82,6 +87,13 @@ class Tuner:
     def result(self) -> SearchResult:
         """Return the best flight as a plan, and what was done to find it."""
         return self._log.result(plan_of_waypoints(self._problem, self._method, self._best))
+
+
+def sought(problem: Problem) -> Floats:
+    """Return what each particle counts, (N,): its probability; the same if all have been seen."""
+    weight = problem.weight_at_start
+    some = weight[np.diff(problem.futures.first_knot) > 0]
+    return weight if some.any() else np.ones(len(weight))
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +125,11 @@ class Whereabouts:
         moments_s = np.clip(moments_s[set_out], futures.time_s[first], futures.end_s[set_out])
         at_s = np.zeros(len(futures))
         at_s[set_out] = moments_s
-        weight = problem.weight_at_start[set_out]
+        weight = sought(problem)[set_out]
         return cls(
             np.stack([futures.x_m[first], futures.y_m[first]], axis=1),
             futures.positions(at_s)[set_out],
-            weight / weight.sum() if weight.sum() > 0.0 else np.full(len(first), 1 / len(first)),
+            weight / weight.sum(),
             problem.sensor.radius_m,
             (until_s - uav.take_off_s) * uav.speed_mps,
         )
