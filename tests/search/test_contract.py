@@ -26,9 +26,10 @@ from support.instances import by_two_letters, figure3, grid, network_of_roads, p
 
 BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
-HOVERING = ("wait", "anneal-waypoints")
+HOVERING = ("wait", "anneal-waypoints", "cells")
 REVISITING = (
     "anneal-waypoints",
+    "cells",
     "rate",
     "lookahead",
     "best",
@@ -95,6 +96,8 @@ REFUSED = {
     ("exhaustive-shortest", "two_way"),
     ("anneal-waypoints", "short_flight"),  # the sensor only looks along roads
     ("anneal-waypoints", "by_deadline"),
+    ("cells", "short_flight"),
+    ("cells", "by_deadline"),
 }
 # Where a method is not meant to do well: those that follow no future come too late from far
 # away, and waiting needs time and one place where targets end.
