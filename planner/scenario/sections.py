@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.source import FILE
+from planner.scenario.target_values import Start
 from planner.scenario.values import (
     Credit,
     Distance,
@@ -21,7 +22,6 @@ from planner.scenario.values import (
     Seconds,
     Section,
     Speeds,
-    StartEdges,
     Tick,
     Tolerance,
     Turning,
@@ -74,8 +74,10 @@ class TargetSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
 
-    start: StartEdges = Field(
-        description='"anywhere", a list of edges, or a table of edges and their probabilities'
+    start: Start = Field(
+        description='"anywhere", a list of edges, a table of edges and their probabilities, '
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
+        "or { taz, file }"
     )
     distance_m: Distances = Field(
         default="anywhere",
@@ -102,6 +104,11 @@ class TargetSection(Section):
     )
     last_seen_ago_s: Seconds = Field(
         default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
+    )
+    last_seen_window_s: Seconds | None = Field(
+        default=None,
+        description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
+        "leave it out for time 0",
     )
 
 
