@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
+from planner.belief.known_routes import KnownRoutes
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior
 from planner.belief.routes import Routes, Starts, drawn_starts
@@ -21,7 +22,6 @@ def going(
     prior: Prior, network: RoadNetwork, blocks: Iterable[Columns], rng: np.random.Generator
 ) -> tuple[Starts, Routes]:
     """Return targets with a goal each, within the reach of their starts, and the routes there."""
-    assert prior.goals is not None
     rows = [
         (drawn_starts(prior, network, columns), next(columns), next(columns)) for columns in blocks
     ]
@@ -31,14 +31,21 @@ def going(
         np.concatenate([row.speed_mps for row, _, _ in rows]),
     )
     which, where = (np.concatenate([row[k] for row in rows]) for k in (1, 2))
-    seed = int(rng.integers(LARGEST_KEY))
-    ways = ways_to(prior.goals, network, starts.edge, which, pace=_pace(prior, network), seed=seed)
-    edge = prior.goals.edge[ways.goal]
-    from_m, to_m = prior.goals.from_m[ways.goal], prior.goals.to_m[ways.goal]
-    # Who leaves, leaves by the end of the exit.
-    end_m = np.where(network_exits(network)[edge], np.inf, from_m + where * (to_m - from_m))
-    speed_mps = np.repeat(starts.speed_mps, np.diff(ways.first_edge))
-    return starts, Routes(ways.first_edge, ways.edge, speed_mps, end_m)
+    goals = prior.goals
+    if isinstance(goals, KnownRoutes):
+        first, edge = goals.onward(starts.edge, which)
+        last = edge[first[1:] - 1]
+        end_m = where * network.edge_length_m[last]
+    else:
+        assert goals is not None
+        seed = int(rng.integers(LARGEST_KEY))
+        ways = ways_to(goals, network, starts.edge, which, pace=_pace(prior, network), seed=seed)
+        first, edge, last = ways.first_edge, ways.edge, goals.edge[ways.goal]
+        from_m, to_m = goals.from_m[ways.goal], goals.to_m[ways.goal]
+        end_m = from_m + where * (to_m - from_m)
+    # Who leaves, leaves by the end of the last edge.
+    end_m = np.where(vanishes(prior, network, last), np.inf, end_m)
+    return starts, Routes(first, edge, np.repeat(starts.speed_mps, np.diff(first)), end_m)
 
 
 def _pace(prior: Prior, network: RoadNetwork) -> Floats:
@@ -48,21 +55,12 @@ def _pace(prior: Prior, network: RoadNetwork) -> Floats:
     return np.asarray(1.0 / np.minimum(network.edge_limit_mps, prior.speed_mps.high))
 
 
-def network_exits(network: RoadNetwork) -> Flags:
-    """Return by which edges a target leaves the map, (E,)."""
-    return np.zeros(len(network.edge_ids), bool)
-
-
 def vanishes(prior: Prior, network: RoadNetwork, last: Ints) -> Flags:
     """Return which targets are gone at the ends of their routes, by their last edges, (N,).
 
     Who reaches a goal within the town rests there.
     """
-    exits = network_exits(network)[last]
-    if prior.goals is None:
-        return np.asarray(exits | prior.gone)
-    sink = np.diff(network.first_turn)[last] == 0
-    return np.asarray(exits | (prior.gone & sink))
+    return np.asarray(network.edge_exit[last] | (prior.goals is None and prior.gone))
 
 
 def timed(prior: Prior, particles: Particles, rng: np.random.Generator) -> Particles:

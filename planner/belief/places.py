@@ -140,6 +140,16 @@ def nearest_to(network: RoadNetwork, x_m: float, y_m: float) -> tuple[int, float
     return int(lines.edge[nearest]), float(away[nearest])
 
 
+def place_nearest_to(network: RoadNetwork, x_m: float, y_m: float) -> Stretches:
+    """Return the place on a road that is nearest to a point, as a stretch without length."""
+    lines = lines_of(network)
+    k = int(np.argmin(away_m(lines, x_m, y_m)))
+    step, to = lines.b_m[k] - lines.a_m[k], np.array([x_m, y_m]) - lines.a_m[k]
+    share = float(np.clip(np.dot(step, to) / max(float(np.dot(step, step)), SAME_M), 0.0, 1.0))
+    at_m = np.array([lines.at_m[k] + share * lines.long_m[k]])
+    return Stretches(lines.edge[[k]], at_m, at_m, np.ones(1))
+
+
 def in_area(
     network: RoadNetwork, corners: Sequence[tuple[float, float]], *, leads_on: bool = False
 ) -> Stretches:

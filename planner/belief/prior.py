@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Frozen, Offsets, freeze
+from planner.arrays import Flags, Floats, Frozen, Offsets, freeze
 from planner.belief.distribution import Distribution, chosen, distribution
+from planner.belief.known_routes import KnownRoutes
 from planner.belief.particles import Driving
 from planner.belief.stretches import Stretches
 from planner.checked import choice, finite, number, set_fields, weights
@@ -33,13 +34,14 @@ class Prior(Frozen):
     turn_probability: Floats
     speed_per_road: bool  # True: a new speed is drawn on every road
     driving: Driving
-    gone: bool  # True: vanishes at its route's end, False: rests there
+    gone: bool  # True: vanishes at its route's end, False: rests there, unless that is an exit
     probability_present: float  # that the target exists at all
     signals_known: bool = False  # True: time 0 is second 0 of the signals' programs
     # In place of ``distance_m``: parts of the edges that ``edge_probability`` has
     stretches: Stretches | None = None
     window_s: int = 0  # it was there, and went on, at any second from 0 to this one
-    goals: Stretches | None = None  # where it drives to, in place of turns by chance
+    # Where it drives to, in place of turns by chance; within reach of every start
+    goals: Stretches | KnownRoutes | None = None
 
     def __post_init__(self) -> None:
         freeze(self, edge_probability=np.float64, turn_probability=np.float64)
@@ -83,7 +85,8 @@ class Known(NamedTuple):
 
     turns: TurnTable | None = None  # in place of ``target.turning``
     stretches: Stretches | None = None  # those of ``target.start``; None: whole edges
-    goals: Stretches | None = None  # those of ``target.goes``; None: turns by chance
+    goals: Stretches | KnownRoutes | None = None  # of ``target.goes``; None: turns by chance
+    reach: Flags | None = None  # (E,) from where a goal can be reached; None: from everywhere
 
 
 NOTHING = Known()
@@ -103,8 +106,13 @@ def prior_of(target: "TargetSection", network: RoadNetwork, known: Known = NOTHI
     if turns is None:
         turns = target.turning if isinstance(target.turning, dict) else {}
     distance = target.distance_m
+    stretches, start = known.stretches, start_probability(target, network, known.stretches)
+    if known.reach is not None:
+        start = np.where(known.reach, start, 0.0)
+        start = start / start.sum()
+        stretches = stretches and stretches.take(known.reach[stretches.edge])
     return Prior(
-        edge_probability=_start_probability(target, network, known.stretches),
+        edge_probability=start,
         distance_m=None if isinstance(distance, str) else distribution(distance),
         speed_mps=distribution(target.speed_mps),
         turn_probability=turn_probability(network, turns),
@@ -113,15 +121,22 @@ def prior_of(target: "TargetSection", network: RoadNetwork, known: Known = NOTHI
         gone=target.at_sink == "gone",
         probability_present=target.probability_present,
         signals_known=target.signals == "known",
-        stretches=known.stretches,
+        stretches=stretches,
         window_s=int(target.last_seen_window_s or 0),
         goals=known.goals,
     )
 
 
-def _start_probability(
+def start_probability(
     target: "TargetSection", network: RoadNetwork, stretches: Stretches | None
 ) -> Floats:
+    """Return the probability that a section gives to each edge as the first one, (E,).
+
+    Parameters
+    ----------
+    stretches
+        Those of its start; None: whole edges.
+    """
     if stretches is not None:
         return stretches.by_edge(len(network.edge_ids))
     if not isinstance(target.start, dict):

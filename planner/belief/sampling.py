@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
+from planner.arrays import Floats, Ints, first_rows
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.going import GOING, going, timed, vanishes
 from planner.belief.particles import Particles
@@ -35,13 +35,18 @@ TURNS = 64  # in towns so many are points of the Sobol sequence, whatever the ho
 SETTLED_S = 301  # at second 300 SUMO goes once through all that it holds; after that it is quick
 
 
-class Drivers(NamedTuple):
-    """What particles are beside where they start and drive."""
+class Streams(NamedTuple):
+    """Random numbers beside those of starts and routes; none depends on how many another gives."""
 
-    weight: Floats  # (N,)
-    seed: Offsets  # (N,)
-    phase_s: Ints  # (N,)
-    gone: Flags  # (N,)
+    seeds: np.random.Generator  # of SUMO's driver
+    phases: np.random.Generator  # of the signals
+    trees: np.random.Generator  # of routes to goals
+    times: np.random.Generator  # of setting out and stopping
+
+    @classmethod
+    def of(cls, seeds: np.random.Generator) -> "Streams":
+        """Return all of them from one."""
+        return cls(seeds, *seeds.spawn(3))
 
 
 def sample(
@@ -79,8 +84,7 @@ def sample(
     n = whole("n", n, least=0 if sampling == "all" else 1)
     horizon_s = number("horizon_s", horizon_s, above=0.0, ends=False)
     # First of all, so that a particle's driver is the same however many there are.
-    seeds = rng.spawn(1)[0]
-    phases, trees, times = seeds.spawn(3)
+    streams = Streams.of(rng.spawn(1)[0])
     if sampling == "all":
         starts, weight, routes = _every(prior, network, horizon_s)
     else:
@@ -90,13 +94,10 @@ def sample(
             parts = [_drawn(prior, network, columns, horizon_s) for columns in blocks]
             starts, routes = _joined(parts)
         else:
-            starts, routes = going(prior, network, blocks, trees)
-    seed = seeds.integers(1, LARGEST_SEED, len(starts), endpoint=True)
-    phase_s = _phases(prior, network, len(starts), phases)
-    gone = vanishes(prior, network, routes.edge[routes.first_edge[1:] - 1])
+            starts, routes = going(prior, network, blocks, streams.trees)
     present = weight * prior.probability_present
-    particles = _particles(prior, starts, routes, Drivers(present, seed, phase_s, gone))
-    return timed(prior, particles, times)
+    particles = _particles(prior, network, starts, routes, present, streams)
+    return timed(prior, particles, streams.times)
 
 
 def predefined(
@@ -140,11 +141,8 @@ def predefined(
         )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
-    seeds = rng.spawn(1)[0]
-    seed = seeds.integers(1, LARGEST_SEED, 1, endpoint=True)
-    phase_s = _phases(prior, network, 1, seeds.spawn(1)[0])
-    gone = vanishes(prior, network, routes.edge[-1:])
-    return _particles(prior, start, routes, Drivers(np.ones(1), seed, phase_s, gone))
+    streams = Streams.of(rng.spawn(1)[0])
+    return _particles(prior, network, start, routes, np.ones(1), streams)
 
 
 def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
@@ -254,21 +252,23 @@ def _values(numbers: Distribution | None, key: str) -> tuple[Floats, Floats]:
 
 def _particles(
     prior: Prior,
+    network: RoadNetwork,
     starts: Starts,
     routes: Routes,
-    drawn: "Drivers",
+    weight: Floats,
+    streams: Streams,
 ) -> Particles:
     n = len(starts)
     return Particles(
-        weight=drawn.weight,
+        weight=weight,
         start_m=starts.distance_m,
         depart_s=np.zeros(n),  # time 0 is when the target was last seen
         first_edge=routes.first_edge,
         route_edge=routes.edge,
         speed_mps=routes.speed_mps,
-        seed=drawn.seed,
-        gone=drawn.gone,
+        seed=streams.seeds.integers(1, LARGEST_SEED, n, endpoint=True),
+        gone=vanishes(prior, network, routes.edge[routes.first_edge[1:] - 1]),
         driving=prior.driving,
-        phase_s=drawn.phase_s,
+        phase_s=_phases(prior, network, n, streams.phases),
         end_m=np.full(n, np.inf) if routes.end_m is None else routes.end_m,
     )

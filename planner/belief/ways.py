@@ -106,15 +106,15 @@ def can_reach(network: RoadNetwork, edges: Ints) -> Flags:
     return reached[:count]
 
 
-def quiet_streets(network: RoadNetwork, exits: Flags) -> Stretches:
+def quiet_streets(network: RoadNetwork) -> Stretches:
     """Return all streets where people stop, as probable as they are long; there may be none."""
-    quiet = np.flatnonzero((network.edge_limit_mps <= QUIET_MPS) & ~exits)
+    quiet = np.flatnonzero((network.edge_limit_mps <= QUIET_MPS) & ~network.edge_exit)
     return _whole(network, quiet, network.edge_length_m[quiet])
 
 
-def ways_out(network: RoadNetwork, exits: Flags) -> Stretches:
+def ways_out(network: RoadNetwork) -> Stretches:
     """Return the exits, as probable as they have lanes and are fast; there may be none."""
-    out = np.flatnonzero(exits)
+    out = np.flatnonzero(network.edge_exit)
     return _whole(network, out, network.edge_lanes[out] * network.edge_limit_mps[out])
 
 

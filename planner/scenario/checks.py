@@ -25,7 +25,13 @@ HORIZON_KEYS = (
     "search.objective",
     "search.by_s",
 )
-SAMPLING_KEYS = ("target.start", "target.distance_m", "target.speed", "search.sampling")
+SAMPLING_KEYS = (
+    "target.start",
+    "target.goes",
+    "target.distance_m",
+    "target.speed",
+    "search.sampling",
+)
 MOST_TICKS = 10_000_000  # to the horizon
 LONGEST_TITLE = 500  # characters
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt
@@ -81,6 +87,8 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
             f"{key}.distance_m",
             f"goes with whole edges only, but {key}.start says where on them; leave it out",
         )
+    if section.goes not in (None, "turns"):
+        yield from _going_faults(key, section)
     if isinstance(section.turning, dict):
         for edge, ways in section.turning.items():
             fault = probability_fault(list(ways.values()))
@@ -90,6 +98,16 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
         path = folder / section.turning.file
         if "\0" in str(path) or not path.is_file():
             yield Fault(f"{key}.turning.file", f"there is no file {path}; correct the path")
+
+
+def _going_faults(key: str, section: TargetSection) -> Iterator[Fault]:
+    """Yield the keys that mean nothing for a target that goes somewhere."""
+    if section.turning != "equal":
+        text = f"goes with turns by chance, but {key}.goes says where to; leave one of them out"
+        yield Fault(f"{key}.turning", text)
+    if section.speed_drawn == "per road":
+        text = f'"per road" goes with turns by chance, not with {key}.goes; write "once"'
+        yield Fault(f"{key}.speed_drawn", text)
 
 
 def horizon_faults(
@@ -131,6 +149,12 @@ def sampling_faults(target: TargetSection, search: SearchSection) -> Iterator[Fa
             "target.start",
             'stretches have endlessly many places, but search.sampling is "all"; write a table of '
             'edges, or search.sampling = "sobol"',
+        )
+    if target.goes not in (None, "turns"):
+        yield Fault(
+            "target.goes",
+            'has endlessly many routes, but search.sampling is "all"; leave it out, or write '
+            'search.sampling = "sobol"',
         )
     if target.last_seen_window_s:
         yield Fault(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from planner.messages import as_written
 from planner.scenario.values import (
@@ -127,4 +127,62 @@ Start = Annotated[
     | Annotated[AreaStart, Tag("~AreaStart")]
     | Annotated[TazStart, Tag("~TazStart")],
     Discriminator(_start_form),
+]
+
+
+class Goal(Section):
+    """A place that the target may drive to; one of its forms."""
+
+    edge: Name | None = Field(default=None, description="the name of an edge")
+    x_m: Metres | None = Field(default=None, description="metres to the east")
+    y_m: Metres | None = Field(default=None, description="metres to the north")
+    radius_m: Radius | None = Field(
+        default=None, description="within how many metres, or leave it out for the nearest road"
+    )
+    taz: Name | None = Field(default=None, description="the id of a taz")
+    file: str | None = Field(
+        default=None, description="the path of the SUMO additional file that holds the taz"
+    )
+    p: NotNegative | None = Field(
+        default=None, description="its probability, or leave it out everywhere: all alike"
+    )
+
+    @model_validator(mode="after")
+    def _sound(self) -> "Goal":
+        given = {key for key, value in self.model_dump(exclude_none=True).items() if value != ""}
+        if given - {"p"} not in GOALS:
+            raise ValueError(
+                f"gives {' and '.join(sorted(given - {'p'})) or 'no place'}; write {{ edge, p }}, "
+                "{ x_m, y_m, radius_m, p } or { taz, file, p }"
+            )
+        return self
+
+
+GOALS = ({"edge"}, {"x_m", "y_m"}, {"x_m", "y_m", "radius_m"}, {"taz", "file"})
+
+
+class GoalFile(Section):
+    """A file of SUMO's that says where vehicles drive."""
+
+    file: str = Field(description="the path of a SUMO file of routes or trips (.rou.xml)")
+
+
+def _sound_goals(goals: tuple[Goal, ...]) -> tuple[Goal, ...]:
+    fault = _either_all_or_none(goals)
+    if fault:
+        raise ValueError(fault)
+    return goals
+
+
+def _goes_form(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return "~Goal"
+    return "~GoalFile" if isinstance(value, dict | GoalFile) else "~word"
+
+
+Goes = Annotated[
+    Annotated[Literal["turns", "somewhere", "leaves"], Tag("~word")]
+    | Annotated[tuple[Goal, ...], Field(strict=False), AfterValidator(_sound_goals), Tag("~Goal")]
+    | Annotated[GoalFile, Tag("~GoalFile")],
+    Discriminator(_goes_form),
 ]
