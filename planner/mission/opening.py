@@ -9,20 +9,23 @@ from pathlib import Path
 import numpy as np
 
 from planner.belief.distribution import distribution
-from planner.belief.prior import Prior, TurnTable, prior_of
+from planner.belief.prior import Known, Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
+from planner.mission.known_target import known_target
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
+from planner.network.streets import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
-from planner.scenario.sections import Scenario, TargetSection, UavSection
+from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
 from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
 
 log = logging.getLogger(__name__)
 
 FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
+LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
 
@@ -66,14 +69,16 @@ def open_scenario(
     draft = read_draft(place, preset=preset, overrides=overrides)
     faults = list(draft.faults)
     network = _network(draft, faults)
-    turns: dict[str, TurnTable] = {}
+    known: dict[str, Known] = {}
     if network is not None:
         for key, target, names in _targets(draft):
-            turns[key], found = _turns(key, target, network, draft)
+            turns, found = _turns(key, target, network, draft)
             found += _start_faults(key, target, network)
             if not _stands_in(target, draft.faults):
                 found += _distance_faults(key, target, network)
-            faults += faults_of_fields(found, key, names)
+            known[key], more = known_target(key, target, network, draft.folder)
+            known[key] = known[key]._replace(turns=turns)
+            faults += faults_of_fields([*found, *more], key, names)
         faults += _uav_faults(draft.uav, network)
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
@@ -84,8 +89,8 @@ def open_scenario(
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=prior_of(scenario.target, network, turns=turns["target"]),
-        truth_prior=prior_of(scenario.truth, network, turns=turns["truth"]),
+        prior=prior_of(scenario.target, network, known["target"]),
+        truth_prior=prior_of(scenario.truth, network, known["truth"]),
     )
 
 
@@ -108,12 +113,27 @@ def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:
         faults.append(Fault("network.net", str(error)))
         return None
     try:
-        return open_network(draft.network, draft.folder)
+        return _opened(draft.network, draft.folder, faults)
     except PlannerError as error:
         if not faults:
             raise
         faults.append(Fault("network", str(error)))
         return None
+
+
+def _opened(section: NetworkSection, folder: Path, faults: list[Fault]) -> RoadNetwork:
+    """Return the network; exits that it lacks are among the faults, and it is without any then."""
+    if section.exits:
+        network = open_network(section.model_copy(update={"exits": ()}), folder)
+        found = [
+            Fault(f"network.exits.{name}", no_edge(name, network))
+            for name in section.exits
+            if name not in network.edge_index
+        ]
+        if found:
+            faults += found
+            return network
+    return open_network(section, folder)
 
 
 def _turns(
@@ -141,14 +161,18 @@ def _turns(
 def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
     """Return the turns of a file without those of edges that are not for cars, as SUMO does."""
     closed = network.closed_edges
+    exits = {network.edge_ids[edge] for edge in np.flatnonzero(network.edge_exit)}
     kept = {
         start: {end: share for end, share in ways.items() if end not in closed}
         for start, ways in turns.items()
-        if start not in closed
+        if start not in closed | exits
     }
-    left_out = sum(map(len, turns.values())) - sum(map(len, kept.values()))
+    beyond = sum(len(ways) for start, ways in turns.items() if start in exits)
+    left_out = sum(map(len, turns.values())) - sum(map(len, kept.values())) - beyond
     if left_out:
         log.warning("%s: %d turns from or to edges not for cars are left out", path, left_out)
+    if beyond:
+        log.warning("%s: %d turns from exits of the map are left out", path, beyond)
     # What led only to such edges is no sink, but an edge of which nothing is known.
     return {
         start: ways for start, ways in kept.items() if not turns[start] or sum(ways.values()) > 0
@@ -159,24 +183,30 @@ def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, 
     """Yield each turn that the network does not have, as an edge or a pair, and what is wrong."""
     for start, ways in turns.items():
         if start not in network.edge_index:
-            yield start, _no_edge(start, network)
+            yield start, no_edge(start, network)
             continue
         edge = network.edge_index[start]
         possible = [network.edge_ids[end] for end in network.turns(edge, back=True)]
         for end in ways:
-            if end not in network.edge_index:
-                yield f"{start}.{end}", _no_edge(end, network)
+            if network.edge_exit[edge]:
+                yield f"{start}.{end}", f"{start} {LEAVES}; leave its turns out"
+            elif end not in network.edge_index:
+                yield f"{start}.{end}", no_edge(end, network)
             elif end not in possible and ways[end] > 0:
                 leads = f"it leads to {', '.join(possible)}" if possible else "it has no way on"
                 yield f"{start}.{end}", f"{start} does not lead to {end}; {leads}"
 
 
 def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
-    if isinstance(target.start, str):
+    if not isinstance(target.start, dict):
         return
     for edge in target.start:
         if edge not in network.edge_index:
-            yield Fault(f"{key}.start.{edge}", _no_edge(edge, network))
+            yield Fault(f"{key}.start.{edge}", no_edge(edge, network))
+        elif network.edge_exit[network.edge_index[edge]]:
+            yield Fault(
+                f"{key}.start.{edge}", f"{LEAVES}; choose an edge that leads to another one"
+            )
         elif len(network.turns(network.edge_index[edge])) == 0:
             text = "has no way on; choose an edge that leads to another one"
             yield Fault(f"{key}.start.{edge}", text)
@@ -189,9 +219,9 @@ def _stands_in(target: TargetSection, faults: Sequence[Fault]) -> bool:
 
 
 def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
-    if isinstance(target.distance_m, str):
+    if isinstance(target.distance_m, str) or not isinstance(target.start, str | dict):
         return
-    names = network.edge_ids if isinstance(target.start, str) else target.start
+    names = target.start if isinstance(target.start, dict) else network.edge_ids
     index = [network.edge_index[edge] for edge in names if edge in network.edge_index]
     high_m = distribution(target.distance_m).high
     short = [edge for edge in index if network.edge_length_m[edge] < high_m - TOLERANCE_M]
@@ -262,9 +292,3 @@ def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | N
         return _start_xy(uav.start, network)
     x_m, y_m = network.node_xy_m[network.node_index[place.node]]
     return float(x_m), float(y_m)
-
-
-def _no_edge(name: str, network: RoadNetwork) -> str:
-    if name in network.closed_edges:
-        return "is not for cars; name an edge that a car may use"
-    return f"is not an edge of the network; {suggestion(name, network.edge_ids)}"

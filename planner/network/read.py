@@ -14,13 +14,15 @@ from planner.arrays import Flags, Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.network.build import build_net, import_osm
+from planner.network.exits import found_exits, with_exits
 from planner.network.road_network import RoadNetwork
+from planner.network.streets import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
 from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 3
+COLUMNS_VERSION = 4
 # A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
 SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
@@ -39,6 +41,7 @@ ARRAYS = (
     "turn_edge",
     "turn_back",
     "half_width_m",
+    "edge_exit",
 )
 NO_PROJECTION = "!"  # what SUMO writes where coordinates are those of no map
 
@@ -56,11 +59,12 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
     InputError
         If a source is missing, broken or without roads for cars.
     """
-    files, credit = source_files(section, folder), section.credit
+    files, credit, exits = source_files(section, folder), section.credit, section.exits
     if "net" in files:
-        return read_net(files["net"], attribution=credit)
+        return read_net(files["net"], attribution=credit, exits=exits)
     if "osm" in files:
-        return read_net(import_osm(files["osm"]), source=files["osm"], attribution=credit)
+        net = import_osm(files["osm"])
+        return read_net(net, source=files["osm"], attribution=credit, exits=exits)
     if "nodes" not in files or "edges" not in files:
         raise InputError(f"{folder}: the network needs nodes and edges, or net, or osm")
     net = build_net(
@@ -71,7 +75,7 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
         abstract=section.abstract,
         folder=folder,
     )
-    return read_net(net, source=files["edges"], attribution=credit)
+    return read_net(net, source=files["edges"], attribution=credit, exits=exits)
 
 
 def source_files(section: NetworkSection, folder: Path) -> dict[str, Path]:
@@ -90,7 +94,13 @@ def source_files(section: NetworkSection, folder: Path) -> dict[str, Path]:
     }
 
 
-def read_net(path: Path, *, source: Path | None = None, attribution: str = "") -> RoadNetwork:
+def read_net(
+    path: Path,
+    *,
+    source: Path | None = None,
+    attribution: str = "",
+    exits: Sequence[str] | None = None,
+) -> RoadNetwork:
     """Return the roads of a ``.net.xml`` that a passenger car may use, in the file's order.
 
     Every edge is a road; its polyline runs from node to node. What was read is kept
@@ -102,11 +112,15 @@ def read_net(path: Path, *, source: Path | None = None, attribution: str = "") -
         The file that the user gave, if another one, for messages.
     attribution
         Whose data it is, for all that is made from it.
+    exits
+        Names of the edges that lead off the map. None: those that `found_exits` finds, and none
+        where the net is abstract.
 
     Raises
     ------
     InputError
-        If the file is missing, not a SUMO net, or has no edge for cars.
+        If the file is missing, not a SUMO net, or has no edge for cars; or if an exit is none of
+        its edges.
     """
     try:
         sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -114,29 +128,45 @@ def read_net(path: Path, *, source: Path | None = None, attribution: str = "") -
         raise InputError(
             f"{path}: cannot be read ({error.strerror or error}); give a SUMO .net.xml"
         ) from error
-    return _network(path, sha256, source or path, attribution)
+    named = None if exits is None else tuple(exits)
+    return _network(path, sha256, source or path, attribution, named)
 
 
 @lru_cache(IN_MEMORY)
-def _network(path: Path, sha256: str, source: Path, attribution: str) -> RoadNetwork:
+def _network(
+    path: Path, sha256: str, source: Path, attribution: str, exits: tuple[str, ...] | None
+) -> RoadNetwork:
     kept = cache_folder("nets") / f"{sha256[:32]}.roads{COLUMNS_VERSION}.npz"
     columns = _load(kept) if is_whole(kept) else None
     if columns is None:
         columns = _sound_columns(path, source)
         _save(kept, columns)
         seal(kept)
+    found = columns.pop("edge_exit")
     network = RoadNetwork(
         **columns, path=path, sha256=sha256, source=source, attribution=attribution
     )
-    _refuse_other_units(network, source)
-    return network
+    if exits is not None:
+        return with_exits(network, _named_exits(network, exits))
+    return network if network.is_abstract else with_exits(network, found)
+
+
+def _named_exits(network: RoadNetwork, names: Sequence[str]) -> Flags:
+    exits = np.zeros(len(network.edge_ids), bool)
+    for name in names:
+        if name not in network.edge_index:
+            raise InputError(f"{network.given_as}: exits: {name} {no_edge(name, network)}")
+        exits[network.edge_index[name]] = True
+    return exits
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd extents are refused for what they are
-def _refuse_other_units(network: RoadNetwork, source: Path) -> None:
+def _refuse_other_units(shapes: Sequence[Floats], source: Path) -> None:
     """Refuse a net whose coordinates cannot be metres; to drive and fly it would take for ever."""
-    low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
-    extent_m, road_m = float((high - low).max()), float(np.median(network.road_length_m))
+    points = np.concatenate(shapes)
+    extent_m = float(np.ptp(points, axis=0).max())
+    lengths_m = [np.linalg.norm(np.diff(shape, axis=0), axis=1).sum() for shape in shapes]
+    road_m = float(np.median(lengths_m))
     seen = f"{source}: the whole net measures {extent_m:.3g} m, and its median road {road_m:.3g} m"
     if extent_m < SMALLEST_M or road_m < SHORTEST_M:
         raise InputError(f"{seen}; are its coordinates degrees? convert them to metres")
@@ -170,7 +200,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
     nodes = [node for node in net.getNodes() if node in ends]
     place = {node: i for i, node in enumerate(nodes)}
     shapes = [_shape(edge) for edge in edges]
-    turns, back = _turns(edges)
+    turns, back, leads_on = _turns(edges)
     names = tuple(str(edge.getID()) for edge in edges)
     lengths_m = np.array([edge.getLength() for edge in edges], dtype=np.float64)
     points = np.concatenate(shapes)
@@ -179,6 +209,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
             f"{source}: an edge has no length above zero, or a place that is not finite; "
             "build the network again"
         )
+    _refuse_other_units(shapes, source)
     return {
         "node_ids": tuple(str(node.getID()) for node in nodes),
         "node_xy_m": np.array([node.getCoord() for node in nodes], dtype=np.float64),
@@ -199,6 +230,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "turn_edge": np.concatenate(turns),
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
+        "edge_exit": found_exits(shapes, leads_on),
         "projection": _projection(net),
     }
 
@@ -226,21 +258,23 @@ def _car_lanes(edge: Any) -> list[Any]:
     return [lane for lane in edge.getLanes() if lane.allows(CAR)]
 
 
-def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags]]:
+def _turns(edges: Sequence[Any]) -> tuple[list[Ints], list[Flags], Flags]:
     """Return the edges that a car may drive after each edge, in the edges' order.
 
-    And which of these ways lead straight back, though there is another way on.
+    And which of these ways lead straight back, though there is another way on; and after which
+    edges there is any but straight back.
     """
     index = {edge: i for i, edge in enumerate(edges)}
     turns: list[Ints] = []
     back: list[Flags] = []
-    for edge in edges:
+    leads_on = np.zeros(len(edges), bool)
+    for i, edge in enumerate(edges):
         ways = edge.getAllowedOutgoing(CAR).items()
         leads_back = {index[to]: _turns_back(links) for to, links in ways}
-        some_onward = not all(leads_back.values())
+        leads_on[i] = some_onward = not all(leads_back.values())
         turns.append(np.array(sorted(leads_back), dtype=np.int32))
         back.append(np.array([some_onward and leads_back[to] for to in sorted(leads_back)], bool))
-    return turns, back
+    return turns, back, leads_on
 
 
 def _turns_back(links: Sequence[Any]) -> bool:

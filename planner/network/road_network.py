@@ -42,6 +42,8 @@ class RoadNetwork(Frozen):
     projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
     # (T,) straight back where there is another way on: taken only by who is said to; left out: none
     turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
+    # (E,) whether a target that reaches the end has left the map; no turn follows; left out: none
+    edge_exit: Flags = field(default_factory=lambda: np.zeros(0, bool))
     closed_edge_ids: tuple[str, ...] = ()  # of edges that no car may use, which have no index
     source: Path | None = None  # the file that the user gave, if it is not ``path``
     attribution: str = ""  # whose data it is: what all that is made from it has to say
@@ -51,6 +53,8 @@ class RoadNetwork(Frozen):
             object.__setattr__(self, "half_width_m", np.zeros(len(self.road_ids)))
         if len(self.turn_back) == 0:
             object.__setattr__(self, "turn_back", np.zeros(len(self.turn_edge), bool))
+        if len(self.edge_exit) == 0:
+            object.__setattr__(self, "edge_exit", np.zeros(len(self.edge_ids), bool))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -66,6 +70,7 @@ class RoadNetwork(Frozen):
             turn_edge=np.int32,
             half_width_m=np.float64,
             turn_back=np.bool_,
+            edge_exit=np.bool_,
         )
         self._check()
 
@@ -80,6 +85,7 @@ class RoadNetwork(Frozen):
         )
         edge = {"edge_length_m": self.edge_length_m, "edge_limit_mps": self.edge_limit_mps}
         lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
+        lengths(edges, edge_exit=self.edge_exit)
         offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
         offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
         lengths(len(self.turn_edge), turn_back=self.turn_back)
@@ -87,6 +93,8 @@ class RoadNetwork(Frozen):
         indices(roads, edge_road=self.edge_road)
         indices(edges, turn_edge=self.turn_edge)
         finite(node_xy_m=self.node_xy_m, shape_xy_m=self.shape_xy_m, **edge)
+        if np.any(self.edge_exit & (np.diff(self.first_turn) > 0)):
+            raise InputError("edge_exit: a turn leads out of an exit; see `with_exits`")
 
     @cached_property
     def road_length_m(self) -> Floats:

@@ -1,5 +1,6 @@
 """Lanes, ways through junctions, and when their signals let cars pass, as columns."""
 
+import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -18,7 +19,7 @@ from planner.network.links import NO_SIGNAL, Lane, NetFile, Program, idle_cycle,
 from planner.network.road_network import RoadNetwork
 from planner.npz import read_columns, write_columns
 
-SIGNALS_VERSION = 1  # goes into the name of kept columns: raise it when their meaning changes
+SIGNALS_VERSION = 2  # goes into the name of kept columns: raise it when their meaning changes
 IN_MEMORY = 8  # networks whose signals a process keeps
 LONGEST_S = 3600  # of a cycle that is heeded
 STOP, YIELD, GO = 0, 1, 2  # what a signal shows: red or amber, green for who gives way, green
@@ -94,7 +95,10 @@ def signals_of(network: RoadNetwork) -> Signals:
     InputError
         If its file cannot be read any more, or holds a number that is none.
     """
-    kept = cache_folder("nets") / f"{network.sha256[:32]}.signals{SIGNALS_VERSION}.npz"
+    # The same net has other turns where other edges are its exits.
+    turns = hashlib.sha256(network.first_turn.tobytes() + network.turn_edge.tobytes())
+    name = f"{network.sha256[:32]}.{turns.hexdigest()[:8]}.signals{SIGNALS_VERSION}.npz"
+    kept = cache_folder("nets") / name
     columns = read_columns(kept, COLUMNS) if is_whole(kept) else None
     if columns is None or len(columns["minor"]) != len(network.turn_edge):
         columns = _read(network.path, network)

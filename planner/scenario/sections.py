@@ -11,17 +11,18 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.source import FILE
+from planner.scenario.target_values import Goes, Start
 from planner.scenario.values import (
     Credit,
     Distance,
     Distances,
     DistributionSection,
+    Name,
     PositiveSeconds,
     Radius,
     Seconds,
     Section,
     Speeds,
-    StartEdges,
     Tick,
     Tolerance,
     Turning,
@@ -53,6 +54,11 @@ class NetworkSection(Section):
         description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
+    exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
+        default=None,
+        description="the edges that lead off the map, as in exits = [NAME, NAME]; [] for none, or "
+        "leave it out for those found at the edge of the net",
+    )
     attribution: Credit | None = Field(
         default=None, description=f'whose data the network is, as in "{OF_OSM}"'
     )
@@ -74,8 +80,15 @@ class TargetSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
 
-    start: StartEdges = Field(
-        description='"anywhere", a list of edges, or a table of edges and their probabilities'
+    start: Start = Field(
+        description='"anywhere", a list of edges, a table of edges and their probabilities, '
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
+        "or { taz, file }"
+    )
+    goes: Goes | None = Field(
+        default=None,
+        description='"turns" by chance, "somewhere", "leaves", [{ edge, p }], or { file } of '
+        'SUMO\'s routes; left out: "turns"',
     )
     distance_m: Distances = Field(
         default="anywhere",
@@ -102,6 +115,11 @@ class TargetSection(Section):
     )
     last_seen_ago_s: Seconds = Field(
         default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
+    )
+    last_seen_window_s: Seconds | None = Field(
+        default=None,
+        description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
+        "leave it out for time 0",
     )
 
 

@@ -26,6 +26,7 @@ SCENARIO = """
 [network]
 nodes = "n.nod.xml"
 edges = "n.edg.xml"
+exits = []
 [target]
 start = ["ab"]
 turning = { file = "turns.xml" }

@@ -171,9 +171,10 @@ def _motion(
 
 
 def town() -> RoadNetwork:
-    """Small two-way town: curves, lanes, one signal, one dead end; built by netconvert."""
+    """Small two-way town: curves, lanes, one signal, one dead end, no exit; by netconvert."""
     from planner.network.build import build_net
     from planner.network.read import read_net
 
     folder = Path(__file__).parents[1] / "nets" / "town"
-    return read_net(build_net(folder / "town.nod.xml", folder / "town.edg.xml", abstract=False))
+    net = build_net(folder / "town.nod.xml", folder / "town.edg.xml", abstract=False)
+    return read_net(net, exits=())

@@ -27,14 +27,14 @@ def _shipped(name: str, _cache_folder: str) -> RoadNetwork:
 
 
 def town() -> RoadNetwork:
-    """Two-way, curved and multi-lane streets, with a signal and a dead end."""
+    """Two-way, curved and multi-lane streets, with a signal and a dead end that is no exit."""
     return _town(os.environ["PLANNER_CACHE"])
 
 
 @cache
 def _town(_cache_folder: str) -> RoadNetwork:
     sources = (NETS / "town" / f"town.{kind}.xml" for kind in ("nod", "edg"))
-    return read_net(build_net(*sources, abstract=False))
+    return read_net(build_net(*sources, abstract=False), exits=())
 
 
 def walkers(
