@@ -12,6 +12,7 @@ from pydantic import Field
 
 from planner.scenario.areas import Area
 from planner.scenario.source import FILE
+from planner.scenario.target_values import Goes, Start
 from planner.scenario.values import (
     Credit,
     Distance,
@@ -25,7 +26,6 @@ from planner.scenario.values import (
     Seconds,
     Section,
     Speeds,
-    StartEdges,
     Tick,
     Tolerance,
     Turning,
@@ -89,8 +89,15 @@ class TargetSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
 
-    start: StartEdges = Field(
-        description='"anywhere", a list of edges, or a table of edges and their probabilities'
+    start: Start = Field(
+        description='"anywhere", a list of edges, a table of edges and their probabilities, '
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
+        "or { taz, file }"
+    )
+    goes: Goes | None = Field(
+        default=None,
+        description='"turns" by chance, "somewhere", "leaves", [{ edge, p }], or { file } of '
+        'SUMO\'s routes; left out: "turns"',
     )
     distance_m: Distances = Field(
         default="anywhere",
@@ -122,6 +129,11 @@ class TargetSection(Section):
         default=None,
         description="the moment of time 0, with its offset from UTC: 2026-05-01T14:05:00+02:00, "
         "or leave it out",
+    )
+    last_seen_window_s: Seconds | None = Field(
+        default=None,
+        description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
+        "leave it out for time 0",
     )
 
 

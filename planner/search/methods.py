@@ -92,6 +92,12 @@ def _anneal_waypoints() -> Planner:
     return anneal_waypoints
 
 
+def _cells() -> Planner:
+    from planner.search.cell_beam import cells
+
+    return cells
+
+
 def _lns() -> Planner:
     from planner.search.lns import lns
 
@@ -180,6 +186,14 @@ METHODS = (
     ),
     Method("beam", "grows many road orders in parallel", True, _beam, chooses=True, stops=True),
     Method("lns", "repeatedly cuts and repairs the order of rate", True, _lns, stops=True),
+    Method(
+        "cells",
+        "a beam of free flights over a space-time cell index",
+        True,
+        _cells,
+        chooses=True,
+        stops=True,
+    ),
     Method(
         "anneal-waypoints",
         "starts from the beam's plan and leaves the roads",

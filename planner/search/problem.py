@@ -34,6 +34,8 @@ class Problem:
     sensor: Sensor
     objective: Objective
     holdout: Futures | None = None  # other particles to choose plans on; none may be seen yet
+    # many particles that have not been driven by SUMO, to search on before plans are chosen
+    proposals: Futures | None = None
     start: SearchState | None = None  # where the search stands; None: before take-off
     flown: tuple[Track, ...] = ()  # flights of others that are decided; no planner reads them yet
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere

@@ -27,9 +27,10 @@ from support.instances import by_two_letters, figure3, grid, network_of_roads, p
 BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
 PATTERNS = tuple(method.name for method in METHODS if method.is_pattern)
-HOVERING = ("wait", "anneal-waypoints", "hover", "best-crossing")
+HOVERING = ("wait", "anneal-waypoints", "cells", "hover", "best-crossing")
 REVISITING = (
     "anneal-waypoints",
+    "cells",
     "rate",
     "lookahead",
     "best",
@@ -97,6 +98,8 @@ REFUSED = {
     ("anneal-waypoints", "short_flight"),  # the sensor only looks along roads
     ("anneal-waypoints", "by_deadline"),
     *((name, instance) for name in PATTERNS for instance in ("short_flight", "by_deadline")),
+    ("cells", "short_flight"),
+    ("cells", "by_deadline"),
 }
 # Where a method is not meant to do well: those that follow no future come too late from far
 # away, and waiting needs time and one place where targets end. Patterns are for towns, not for
