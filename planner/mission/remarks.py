@@ -21,11 +21,11 @@ def scenario_remarks(opened: OpenScenario) -> list[str]:
 
 
 def _yards(opened: OpenScenario) -> Iterator[str]:
-    start, network = opened.scenario.target.start, opened.network
-    if isinstance(start, str) or network.is_abstract:
+    network = opened.network
+    if isinstance(opened.scenario.target.start, str) or network.is_abstract:
         return
-    for edge in start:
-        metres = reach_m(network, network.edge_index[edge])
+    for index in np.flatnonzero(opened.prior.edge_probability).tolist():
+        edge, metres = network.edge_ids[index], reach_m(network, index)
         if metres < YARD_SHARE * float(network.edge_length_m.sum()):
             yield (
                 f"target.start.{edge}: is a yard: no car gets farther from there than "
