@@ -5,6 +5,7 @@ is made anew. What was used least recently goes when the cache outgrows ``PLANNE
 never what a command that still runs may have in use.
 """
 
+import atexit
 import hashlib
 import logging
 import os
@@ -12,11 +13,12 @@ import shutil
 import stat
 import time
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from planner.errors import InputError, OutputError
 from planner.files import cache_root, written_whole
+from planner.interrupts import at_stop
 from planner.locks import is_at, locked
 
 log = logging.getLogger(__name__)
@@ -195,8 +197,15 @@ def note_running() -> int | None:
         path = folder / f"{os.getpid()}-{os.urandom(4).hex()}"
         descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
         locked(descriptor)
+        atexit.register(_note_ended, path, os.getpid())
+        at_stop(partial(_note_ended, path, os.getpid()))
         return descriptor
     return None
+
+
+def _note_ended(path: Path, process: int) -> None:
+    if os.getpid() == process:  # a copy of it may end sooner
+        path.unlink(missing_ok=True)
 
 
 def _oldest_running_s() -> float:

@@ -33,6 +33,25 @@ def share_interval(share: float, draws: float) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
+def standard_error(values: Floats, share: Floats) -> float:
+    """Return the standard error of the weighted mean of independent values.
+
+    sqrt(n / (n - 1) sum_k v_k^2 (x_k - m)^2) with m = sum_k v_k x_k and n = 1 / sum_k v_k^2, which
+    is the number of values when all weigh the same. Infinity for fewer than two: they tell nothing.
+
+    Parameters
+    ----------
+    share
+        Weight of each value, v, with a sum of 1.
+    """
+    draws = 1.0 / float(share @ share)
+    if draws < 2.0 - 1e-9:
+        return math.inf
+    deviation = values - share @ values
+    variance = draws / (draws - 1.0) * float(share**2 @ deviation**2)
+    return float(np.sqrt(variance))
+
+
 def student_interval(values: Sequence[float]) -> tuple[float, float]:
     """Return the 95 % interval of the mean of independent values (Student's t)."""
     from scipy.special import stdtrit

@@ -116,6 +116,14 @@ def test_nothing_goes_that_a_running_command_may_use(own: Path) -> None:
     assert not running.exists()
 
 
+def test_a_command_that_has_ended_leaves_no_note(own: Path) -> None:
+    code = "from planner.cache import cache_folder, note_running as note; note(); note(); "
+    code += "print(len(list(cache_folder('running').glob('*'))))"
+    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert told.stdout.strip() == "1"
+    assert list(cache_folder(cache.RUNNING).glob("*")) == []
+
+
 def test_the_limit_is_a_number(monkeypatch: pytest.MonkeyPatch) -> None:
     assert limit_bytes() == 5e9
     for said in ("much", "-1", "nan"):

@@ -31,12 +31,16 @@ class Particles(Frozen):
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     # (N,) second on SUMO's clock, which its signals follow, at the target's time 0; left out: 0
     phase_s: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    # (N,) second on the target's clock from which it rests, wherever it is; left out: never
+    stop_s: Floats = field(default_factory=lambda: np.zeros(0))
+    # (N,) metres along the last edge where the route ends; left out: at the edge's end, infinity
+    end_m: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if len(self.target) == 0:
-            object.__setattr__(self, "target", np.zeros(np.size(self.weight)))
-        if len(self.phase_s) == 0:
-            object.__setattr__(self, "phase_s", np.zeros(np.size(self.weight)))
+        count = np.size(self.weight)
+        for name, value in (("target", 0), ("phase_s", 0), ("stop_s", np.inf), ("end_m", np.inf)):
+            if len(getattr(self, name)) == 0:
+                object.__setattr__(self, name, np.full(count, value))
         freeze(
             self,
             weight=np.float64,
@@ -49,10 +53,13 @@ class Particles(Frozen):
             gone=np.bool_,
             target=np.int32,
             phase_s=np.int32,
+            stop_s=np.float64,
+            end_m=np.float64,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
         kinds = {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
-        count = same_length(weight=self.weight, **kinds, **columns)
+        ends = {"stop_s": self.stop_s, "end_m": self.end_m}
+        count = same_length(weight=self.weight, **kinds, **columns, **ends)
         edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
         offsets("first_edge", self.first_edge, count, edges)
         finite(start_m=self.start_m, depart_s=self.depart_s, speed_mps=self.speed_mps)
@@ -78,7 +85,16 @@ class Particles(Frozen):
             driving=self.driving,
             target=self.target[index],
             phase_s=self.phase_s[index],
+            stop_s=self.stop_s[index],
+            end_m=self.end_m[index],
         )
+
+    def gone_after(self, end_s: Floats) -> Flags:
+        """Return which particles vanish whose motion ends at times, (N,) seconds.
+
+        Who stops on the way stays there.
+        """
+        return np.asarray(self.gone & (end_s < self.stop_s))
 
     def route(self, particle: int) -> Ints:
         """Return one particle's edges in driving order, (k,)."""

@@ -1,13 +1,15 @@
 """What is known of the target before anything is seen: p(x0) and the transition model."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Frozen, freeze
-from planner.belief.distribution import Distribution, distribution
+from planner.arrays import Flags, Floats, Frozen, Offsets, freeze
+from planner.belief.distribution import Distribution, chosen, distribution
+from planner.belief.known_routes import KnownRoutes
 from planner.belief.particles import Driving
+from planner.belief.stretches import Stretches
 from planner.checked import choice, finite, number, set_fields, weights
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
@@ -35,6 +37,11 @@ class Prior(Frozen):
     gone: bool  # True: vanishes at its route's end, False: rests there, unless that is an exit
     probability_present: float  # that the target exists at all
     signals_known: bool = False  # True: time 0 is second 0 of the signals' programs
+    # In place of ``distance_m``: parts of the edges that ``edge_probability`` has
+    stretches: Stretches | None = None
+    window_s: int = 0  # it was there, and went on, at any second from 0 to this one
+    # Where it drives to, in place of turns by chance; within reach of every start
+    goals: Stretches | KnownRoutes | None = None
 
     def __post_init__(self) -> None:
         freeze(self, edge_probability=np.float64, turn_probability=np.float64)
@@ -46,11 +53,22 @@ class Prior(Frozen):
             raise InputError(f"probability_present: {present:g} is no probability")
         set_fields(self, {"probability_present": present})
 
-    def start_m(self, u: Floats, edge_length_m: Floats) -> Floats:
-        """Return the distances along their first edges at the shares ``u`` of p(d0), metres."""
+    def starts(self, which: Floats, where: Floats, edge_length_m: Floats) -> tuple[Offsets, Floats]:
+        """Return the first edges at the shares ``which`` of p(r0), and metres along them, p(d0).
+
+        Parameters
+        ----------
+        which, where
+            Numbers from 0 up to but not including 1, (N,).
+        edge_length_m
+            Of all edges, (E,).
+        """
+        if self.stretches is not None:
+            return self.stretches.places(which, where)
+        edge = chosen(self.edge_probability, which)
         if self.distance_m is None:
-            return u * edge_length_m
-        return self.distance_m.quantile(u)
+            return edge, where * edge_length_m[edge]
+        return edge, self.distance_m.quantile(where)
 
 
 def in_town(prior: Prior, network: RoadNetwork) -> bool:
@@ -62,23 +80,39 @@ def in_town(prior: Prior, network: RoadNetwork) -> bool:
     return prior.driving == "free" and not network.is_abstract
 
 
-def prior_of(
-    target: "TargetSection", network: RoadNetwork, *, turns: TurnTable | None = None
-) -> Prior:
+class Known(NamedTuple):
+    """What files and the network say of a target, beyond its section."""
+
+    turns: TurnTable | None = None  # in place of ``target.turning``
+    stretches: Stretches | None = None  # those of ``target.start``; None: whole edges
+    goals: Stretches | KnownRoutes | None = None  # of ``target.goes``; None: turns by chance
+    reach: Flags | None = None  # (E,) from where a goal can be reached; None: from everywhere
+
+
+NOTHING = Known()
+
+
+def prior_of(target: "TargetSection", network: RoadNetwork, known: Known = NOTHING) -> Prior:
     """Return the prior that a scenario's section describes on a network.
 
     Parameters
     ----------
     target
         Its edges are all in the network.
-    turns
-        What a turn file says, in place of ``target.turning``.
+    known
+        What has been looked up for it.
     """
+    turns = known.turns
     if turns is None:
         turns = target.turning if isinstance(target.turning, dict) else {}
     distance = target.distance_m
+    stretches, start = known.stretches, start_probability(target, network, known.stretches)
+    if known.reach is not None:
+        start = np.where(known.reach, start, 0.0)
+        start = start / start.sum()
+        stretches = stretches and stretches.take(known.reach[stretches.edge])
     return Prior(
-        edge_probability=_start_probability(target, network),
+        edge_probability=start,
         distance_m=None if isinstance(distance, str) else distribution(distance),
         speed_mps=distribution(target.speed_mps),
         turn_probability=turn_probability(network, turns),
@@ -87,11 +121,25 @@ def prior_of(
         gone=target.at_sink == "gone",
         probability_present=target.probability_present,
         signals_known=target.signals == "known",
+        stretches=stretches,
+        window_s=int(target.last_seen_window_s or 0),
+        goals=known.goals,
     )
 
 
-def _start_probability(target: "TargetSection", network: RoadNetwork) -> Floats:
-    if isinstance(target.start, str):
+def start_probability(
+    target: "TargetSection", network: RoadNetwork, stretches: Stretches | None
+) -> Floats:
+    """Return the probability that a section gives to each edge as the first one, (E,).
+
+    Parameters
+    ----------
+    stretches
+        Those of its start; None: whole edges.
+    """
+    if stretches is not None:
+        return stretches.by_edge(len(network.edge_ids))
+    if not isinstance(target.start, dict):
         return np.asarray(network.edge_length_m / network.edge_length_m.sum())
     probability = np.zeros(len(network.edge_ids))
     for edge, share in target.start.items():

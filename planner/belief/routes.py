@@ -43,6 +43,8 @@ class Routes:
     first_edge: Offsets  # (N + 1,) where a route starts
     edge: Ints  # (M,) edge index
     speed_mps: Floats  # (M,)
+    # (N,) metres along the last edge at which each ends; None: at the edge's end
+    end_m: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,14 @@ class PossibleTurns(Frozen):
         """Return the edges that the shares ``u`` of each edge's turns lead to."""
         turn = np.searchsorted(self.cumulative, edge + u, side="right")
         return self.edge[np.clip(turn, self.first[edge], self.first[edge + 1] - 1)]
+
+
+def drawn_starts(prior: Prior, network: RoadNetwork, columns: Columns) -> Starts:
+    """Return starts drawn as in lines 2 to 5 of Figure 5; takes three columns."""
+    which, where = next(columns), next(columns)
+    edge, distance_m = prior.starts(which, where, network.edge_length_m)
+    speed_mps = prior.speed_mps.quantile(next(columns))
+    return Starts(edge, np.minimum(distance_m, network.edge_length_m[edge]), speed_mps)
 
 
 def drawn_routes(

@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from numbers import Real
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats, Ints, first_rows
-from planner.belief.distribution import Distribution, Listed, chosen
+from planner.belief.distribution import Distribution, Listed
+from planner.belief.going import GOING, going, timed, vanishes
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior, in_town
 from planner.belief.routes import (
@@ -16,21 +17,37 @@ from planner.belief.routes import (
     Starts,
     all_routes,
     drawn_routes,
+    drawn_starts,
     most_turns,
     refuse_too_many,
 )
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
-from planner.messages import as_written, suggestion
+from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s
+from planner.network.street_names import no_edge
 from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
 LARGEST_SEED = 2**31 - 1
 TURNS = 64  # in towns so many are points of the Sobol sequence, whatever the horizon
 SETTLED_S = 301  # at second 300 SUMO goes once through all that it holds; after that it is quick
+
+
+class Streams(NamedTuple):
+    """Random numbers beside those of starts and routes; none depends on how many another gives."""
+
+    seeds: np.random.Generator  # of SUMO's driver
+    phases: np.random.Generator  # of the signals
+    trees: np.random.Generator  # of routes to goals
+    times: np.random.Generator  # of setting out and stopping
+
+    @classmethod
+    def of(cls, seeds: np.random.Generator) -> "Streams":
+        """Return all of them from one."""
+        return cls(seeds, *seeds.spawn(3))
 
 
 def sample(
@@ -68,16 +85,20 @@ def sample(
     n = whole("n", n, least=0 if sampling == "all" else 1)
     horizon_s = number("horizon_s", horizon_s, above=0.0, ends=False)
     # First of all, so that a particle's driver is the same however many there are.
-    seeds = rng.spawn(1)[0]
+    streams = Streams.of(rng.spawn(1)[0])
     if sampling == "all":
         starts, weight, routes = _every(prior, network, horizon_s)
     else:
-        blocks = _blocks(prior, network, n, rng, sampling, horizon_s)
-        parts = [_drawn(prior, network, columns, horizon_s) for columns in blocks]
-        starts, routes = _joined(parts)
         weight = np.full(n, 1 / n)
+        blocks = _blocks(prior, network, n, rng, sampling, horizon_s)
+        if prior.goals is None:
+            parts = [_drawn(prior, network, columns, horizon_s) for columns in blocks]
+            starts, routes = _joined(parts)
+        else:
+            starts, routes = going(prior, network, blocks, streams.trees)
     present = weight * prior.probability_present
-    return _particles(prior, network, starts, routes, present, seeds)
+    particles = _particles(prior, network, starts, routes, present, streams)
+    return timed(prior, particles, streams.times)
 
 
 def predefined(
@@ -121,7 +142,8 @@ def predefined(
         )
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
-    return _particles(prior, network, start, routes, np.ones(1), rng.spawn(1)[0])
+    streams = Streams.of(rng.spawn(1)[0])
+    return _particles(prior, network, start, routes, np.ones(1), streams)
 
 
 def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
@@ -139,10 +161,7 @@ def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
         raise InputError("route: is empty; name at least one edge")
     for name in route:
         if name not in network.edge_index:
-            if name in network.closed_edges:
-                raise InputError(f"route: {name} is not for cars; name edges that a car may use")
-            hint = suggestion(name, network.edge_ids)
-            raise InputError(f"route: {name} is not an edge of the network; {hint}")
+            raise InputError(f"route: {name} {no_edge(name, network)}")
     edges = [network.edge_index[name] for name in route]
     for before, after in pairwise(edges):
         ways = network.turns(before, back=True)
@@ -163,6 +182,8 @@ def _blocks(
 ) -> Iterator[Columns]:
     if sampling == "iid":
         return iter([independent(n, rng)])
+    if prior.goals is not None:
+        return sobol(n, GOING, rng)
     if in_town(prior, network):
         turns = TURNS
     else:
@@ -175,11 +196,7 @@ def _drawn(
 ) -> tuple[Starts, Routes]:
     # Figure 5: the loop of lines 1 and 9 is along the columns; a particle's id (line 6) is its
     # row.
-    edge = chosen(prior.edge_probability, next(columns))  # line 2: r <- draw from p(r0)
-    length_m = network.edge_length_m[edge]
-    distance_m = prior.start_m(next(columns), length_m)  # line 3: d <- draw from p(d0)
-    speed_mps = prior.speed_mps.quantile(next(columns))  # line 4: s <- draw from p(v0)
-    starts = Starts(edge, np.minimum(distance_m, length_m), speed_mps)  # lines 5, 7, 8
+    starts = drawn_starts(prior, network, columns)  # lines 2 to 5, 7 and 8
     # Every p(x_k | x_k-1) that Figure 4 draws from as it moves the particles (lines 5 to 9).
     return starts, drawn_routes(prior, network, starts, columns, horizon_s)
 
@@ -237,11 +254,9 @@ def _particles(
     starts: Starts,
     routes: Routes,
     weight: Floats,
-    seeds: np.random.Generator,
+    streams: Streams,
 ) -> Particles:
     n = len(starts)
-    seed = seeds.integers(1, LARGEST_SEED, n, endpoint=True)
-    leaves = network.edge_exit[routes.edge[routes.first_edge[1:] - 1]]
     return Particles(
         weight=weight,
         start_m=starts.distance_m,
@@ -249,8 +264,9 @@ def _particles(
         first_edge=routes.first_edge,
         route_edge=routes.edge,
         speed_mps=routes.speed_mps,
-        seed=seed,
-        gone=prior.gone | leaves,
+        seed=streams.seeds.integers(1, LARGEST_SEED, n, endpoint=True),
+        gone=vanishes(prior, network, routes.edge[routes.first_edge[1:] - 1]),
         driving=prior.driving,
-        phase_s=_phases(prior, network, n, seeds.spawn(1)[0]),
+        phase_s=_phases(prior, network, n, streams.phases),
+        end_m=np.full(n, np.inf) if routes.end_m is None else routes.end_m,
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Prefix, Search
+from planner.bounds.group_hunts import GroupHunts
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
@@ -39,17 +40,24 @@ class Certificate:
 
     value: float  # the plan's figure on the particles: seconds, or a probability
     bound: float  # no plan's figure is better
-    plan_class: str  # "roads", or "free": each particle met as early as the UAV can be there
+    plan_class: str  # "roads", or "free": any flight
     bin_s: float = 0.0  # how finely the bound for roads looks, seconds
     # prices, (N,) in units of reward, for prefixes of flights that have their own
     proof: Mapping[Prefix, Floats] = field(default_factory=dict)
     better: tuple[int, ...] = ()  # legs met on the way that earn more than the plan, if any
     trace: tuple[TracePoint, ...] = ()  # the bound after how many steps
+    # with each particle met as early as the UAV can be there: all that files prove for "free"
+    physics: float | None = None
 
     @property
     def gap(self) -> float:
         """How far the value is from the bound, as a share of the bound."""
         return gap_of(self.value, self.bound)
+
+    @property
+    def proven(self) -> float:
+        """The part of the bound that its files prove."""
+        return self.bound if self.physics is None else self.physics
 
 
 def gap_of(value: float, bound: float) -> float:
@@ -67,14 +75,15 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     if problem.start is not None:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
+    if problem.airspace is not None:
+        raise NotApplicableError("there is no bound yet on flights within [airspace]")
     objective, movements = problem.objective, Movements(problem)
     seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)
-    most = _most(problem)
-    if not plan.follows_roads:
-        return Certificate(value, objective.value(most), "free")
+    earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
+    most = float(weight @ objective.reward(earliest_s))
     steps, trace = itertools.count(1), list[TracePoint]()
 
     def stop(bounded: float) -> bool:
@@ -86,10 +95,21 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         effort.on_progress(step, STEPS, note)
         return gap <= effort.gap or effort.stop(step)
 
+    if not plan.follows_roads:
+        bound = objective.value(GroupHunts(problem, earliest_s).most(stop))
+        physics = objective.value(most)
+        return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)
     bin_s = movements.fitting_bin_s
     search = _searched(movements, bin_s, earned, stop)
     bound = objective.value(min(search.bound, most))
     return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
+
+
+def bound_of_flights(problem: Problem) -> float:
+    """Return a figure on a problem's particles that no flight beats, on roads or off them."""
+    earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
+    hunts = GroupHunts(problem, earliest_s)
+    return problem.objective.value(hunts.most(lambda _: False))
 
 
 def proven_bound(movements: Movements, certificate: Certificate) -> float:

@@ -28,7 +28,7 @@ from planner.mission.bounds import Bounds, bounds_of, stored_bound
 from planner.mission.opening import OpenScenario
 from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
 from planner.mission.trial import Trial
-from planner.report import run_files, sentences, tables
+from planner.report import paired, run_files, sentences, tables
 from planner.search.methods import METHODS, Method
 
 
@@ -59,7 +59,8 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
     table = tables.compare_table(rows, title)
     written = [f"written to {arguments.output}"] if arguments.output else []
-    said = [table, *sentences.reasons(rows), *bounds.reasons, *written]
+    lead = paired.against_patterns(rows)
+    said = [table, *filter(None, [lead]), *sentences.reasons(rows), *bounds.reasons, *written]
     print_result(arguments, summary, said)
     return 0
 

@@ -9,7 +9,7 @@ from planner.arrays import Flags, Floats, Frozen, freeze
 from planner.checked import same_length, weights
 from planner.detection.objective import Objective
 from planner.errors import InputError
-from planner.intervals import NORMAL_95, share_interval
+from planner.intervals import NORMAL_95, share_interval, standard_error
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +95,10 @@ class Evaluation(Frozen):
         present = float(self.weight.sum())
         if present <= 0.0:
             return self.objective.horizon_s, self.objective.horizon_s
-        share = self.weight / present
-        draws = 1.0 / float(share @ share)
-        if draws < 2.0 - 1e-9:
+        error_s = standard_error(self.time_s, self.weight / present)
+        if np.isinf(error_s):
             return 0.0, self.objective.horizon_s
-        deviation = self.time_s - share @ self.time_s
-        variance = draws / (draws - 1.0) * float(share**2 @ deviation**2)
-        half_width = NORMAL_95 * present * float(np.sqrt(variance))
+        half_width = NORMAL_95 * present * error_s
         middle = self.expected_detection_time_s
         return middle - half_width, middle + half_width
 

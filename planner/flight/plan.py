@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from planner.arrays import Floats
 from planner.flight.legs import Legs
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+
+Timed: TypeAlias = tuple[float, float, float]  # time in seconds, x and y in metres
 
 ROUNDING_S = 1e-6  # by which a flight planned to end with the landing may seem to end later
 
@@ -89,7 +92,7 @@ def legs_flown(
         flight += waypoints[1:] if start_s == depart_s else waypoints
         flown.append(FlownLeg(int(leg), depart_s, start_s, waypoints[-1][0]))
     flight += _way_home(uav, *flight[-1])
-    return Plan(method, (_track(flight, flown, in_transit),), (tuple(flown),))
+    return Plan(method, (track_of_legs(flight, flown, in_transit),), (tuple(flown),))
 
 
 def wait_flown(
@@ -118,7 +121,7 @@ def wait_flown(
     there_s = flight[-1][0]
     flight += _way_home(uav, *flight[-1])
     sensor_on = [(from_s, flight[-1][0] if in_transit else there_s) for from_s in on]
-    return Plan(method, (_flight_track(flight, sensor_on),), ((),))
+    return Plan(method, (track_of(flight, sensor_on),), ((),))
 
 
 def waypoints_flown(uav: Uav, waypoints: Floats, until_s: float, *, method: str) -> Plan:
@@ -151,7 +154,7 @@ def waypoints_flown(uav: Uav, waypoints: Floats, until_s: float, *, method: str)
         if leave_s < arrive_s + wait_s:
             break
     flight += _way_home(uav, *flight[-1])
-    return Plan(method, (_flight_track(flight, [(flight[0][0], flight[-1][0])]),), ((),))
+    return Plan(method, (track_of(flight, [(flight[0][0], flight[-1][0])]),), ((),))
 
 
 def _way_home(uav: Uav, time_s: float, x_m: float, y_m: float) -> list[tuple[float, float, float]]:
@@ -169,7 +172,7 @@ def _farthest_s(uav: Uav, x_m: float, y_m: float) -> float:
     that are as far from start and landing together as the UAV can fly.
     """
     most_m = uav.max_flight_time_s * uav.speed_mps
-    if uav.return_to_m is None:
+    if uav.return_to_m is None or most_m == np.inf:
         return uav.max_flight_time_s
     aside = np.subtract((uav.x_m, uav.y_m), uav.return_to_m)
     there = np.subtract((x_m, y_m), (uav.x_m, uav.y_m))
@@ -180,22 +183,20 @@ def _farthest_s(uav: Uav, x_m: float, y_m: float) -> float:
     return spare_m2 / (2.0 * (most_m + float(aside @ there) / away_m)) / uav.speed_mps
 
 
-def _track(
-    flight: list[tuple[float, float, float]], flown: list[FlownLeg], in_transit: bool
-) -> Track:
+def track_of_legs(flight: Sequence[Timed], flown: Sequence[FlownLeg], in_transit: bool) -> Track:
+    """Return the track of a flight over legs; unless in transit, the sensor is on along them."""
     if in_transit:
-        return _flight_track(flight, [(flight[0][0], flight[-1][0])])
+        return track_of(flight, [(flight[0][0], flight[-1][0])])
     on: list[tuple[float, float]] = []
     for leg in flown:
         if on and on[-1][1] == leg.start_s:
             on[-1] = (on[-1][0], leg.end_s)
         else:
             on.append((leg.start_s, leg.end_s))
-    return _flight_track(flight, on)
+    return track_of(flight, on)
 
 
-def _flight_track(
-    flight: list[tuple[float, float, float]], sensor_on: list[tuple[float, float]]
-) -> Track:
+def track_of(flight: Sequence[Timed], sensor_on: Sequence[tuple[float, float]]) -> Track:
+    """Return the track of a flight whose sensor is on from and to these times."""
     time_s, x_m, y_m = np.array(flight, dtype=np.float64).T
     return Track(time_s, x_m, y_m, np.array(sensor_on, dtype=np.float64).reshape(-1, 2))

@@ -138,4 +138,9 @@ def _cut(
         ends_s = np.minimum(whole.end_s[: recipe.count], recipe.horizon_s)
         if not np.array_equal(part.end_s, ends_s):
             return None
-    return replace(part, weight=particles.weight, gone=particles.gone, target=particles.target)
+    return replace(
+        part,
+        weight=particles.weight,
+        gone=particles.gone_after(part.end_s),
+        target=particles.target,
+    )

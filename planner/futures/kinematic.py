@@ -5,7 +5,7 @@ signal programs. The clock proposes, SUMO decides: candidates may be searched on
 chosen, and every figure that is told, comes from recordings.
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -87,6 +87,8 @@ def kinematic_futures(
         particles.start_m,
         particles.depart_s,
         phase_s.astype(np.int32),
+        particles.stop_s,
+        particles.end_m,
     )
     free = particles.driving == "free"
     roads = _roads(network, signals, free=free)
@@ -94,7 +96,7 @@ def kinematic_futures(
     scene = Scene(roads, cars, driver, horizon_s)
     knots, first_knot, changes, first_change = drive_cars(scene, TOLERANCE_M)
     laid, changed = slice(0, first_knot[-1]), slice(0, first_change[-1])
-    return Futures(
+    futures = Futures(
         time_s=knots.time_s[laid],
         x_m=knots.x_m[laid],
         y_m=knots.y_m[laid],
@@ -104,6 +106,7 @@ def kinematic_futures(
         target=particles.target,
         edges=EdgesDriven(first_change, changes.time_s[changed], changes.edge[changed]),
     )
+    return replace(futures, gone=particles.gone_after(futures.end_s))
 
 
 def _roads(network: RoadNetwork, signals: Signals, *, free: bool) -> Roads:

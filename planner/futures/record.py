@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Offsets
+from planner.arrays import Floats, Offsets
 from planner.belief.particles import Particles
 from planner.belief.sampling import LARGEST_SEED
 from planner.checked import number, whole
@@ -20,6 +20,7 @@ from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
 from planner.futures.rides import Ride, Session, drive
 from planner.futures.simulation import Run, Vehicle
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
+from planner.futures.truncate import delayed, stopped
 from planner.futures.workers import HERE, Backend
 from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
@@ -136,12 +137,15 @@ def record_into(
             how.progress(kept.count - len(kept.missing), kept.count, said)
     futures = _weighted(kept, particles, kept.count)
     if not way.together:
-        _tell_standing(futures, network)
+        drives = particles.stop_s > particles.depart_s + STANDS_S
+        _tell_standing(futures.take(drives), network)
     return futures
 
 
 def _tell_standing(futures: Futures, network: RoadNetwork) -> None:
     """Say in the log how many particles stood all the time: mostly a signal lets nobody pass."""
+    if len(futures) == 0:
+        return
     first = futures.first_knot[:-1]
     away_m = np.hypot(
         futures.x_m - futures.x_m[first][futures.particle],
@@ -161,10 +165,11 @@ def _tell_standing(futures: Futures, network: RoadNetwork) -> None:
 
 def _weighted(kept: Kept, particles: Particles, count: int) -> Futures:
     """Return the futures of the first so many particles, which stand for all."""
+    futures = kept.first(count)
     return replace(
-        kept.first(count),
+        futures,
         weight=particles.weight[:count] * (kept.count / count),
-        gone=particles.gone[:count],
+        gone=particles.take(np.arange(count)).gone_after(futures.end_s),
         target=particles.target[:count],
     )
 
@@ -221,7 +226,10 @@ def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: 
     return Run(
         net=network.path.absolute(),
         given_as=network.given_as,
-        vehicles=_vehicles(network, particles, batch),
+        # At the start of the run, all of them: who sets out later drives alike, only later.
+        vehicles=tuple(
+            replace(vehicle, depart_s=0.0) for vehicle in _vehicles(network, particles, batch)
+        ),
         seed=int(particles.seed[batch[0]]),
         step_s=STRAIGHT_STEP_S if network.is_abstract else STEP_S,
         end_s=horizon_s,
@@ -257,6 +265,8 @@ def _vehicle(network: RoadNetwork, particles: Particles, k: int) -> Vehicle:
         lengths_m=tuple(network.edge_length_m[route].tolist()),
         start_m=float(particles.start_m[k]),
         depart_s=float(particles.depart_s[k]),
+        stop_s=float(particles.stop_s[k]),
+        end_m=float(particles.end_m[k]),
     )
 
 
@@ -284,7 +294,34 @@ def _collected(
     futures = futures_of_samples(
         samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m
     )
-    return futures.take(np.argsort(numbers))
+    return _as_timed(
+        futures.take(np.argsort(numbers)), particles.take(np.sort(numbers)), task, network
+    )
+
+
+def _as_timed(futures: Futures, particles: Particles, run: Run, network: RoadNetwork) -> Futures:
+    """Return the futures of particles that set out together and drove to their routes' ends.
+
+    Each as it sets out in its own time, and up to where it stops.
+    """
+    stop_s = np.minimum(particles.stop_s, arrival_s(network, particles))
+    if not particles.depart_s.any() and np.isinf(stop_s).all():
+        return futures
+    futures = delayed(futures, particles.depart_s)
+    return stopped(futures, np.minimum(stop_s, run.end_s))
+
+
+def arrival_s(network: RoadNetwork, particles: Particles) -> Floats:
+    """Return when particles at constant speed are where they stop on their last edges, (N,).
+
+    Seconds on the target's clock; infinity where they drive on to the edges' ends.
+    """
+    taken_s = network.edge_length_m[particles.route_edge] / particles.speed_mps
+    before_s = np.concatenate(([0.0], np.cumsum(taken_s)))
+    first, last = particles.first_edge[:-1], particles.first_edge[1:] - 1
+    along_s = particles.end_m / particles.speed_mps[last]
+    along_s -= particles.start_m / particles.speed_mps[first]
+    return np.asarray(particles.depart_s + before_s[last] - before_s[first] + along_s)
 
 
 def _samples(run: Run, content: bytes, network: RoadNetwork) -> Samples:

@@ -151,11 +151,12 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
     )
     xy_m, roads = array("d", place(RIDER)), [(0, *_road(libsumo, vehicle, road_of(RIDER)))]
     goal, before_end = vehicle.edges[-1], None
-    for sample in range(1, 1 + math.ceil((session.end_s - from_s) / session.step_s)):
+    lasts_s = min(session.end_s, vehicle.stop_s) - from_s
+    for sample in range(1, 1 + math.ceil(lasts_s / session.step_s)):
         if steer is not None:
             steer()
         if roads[-1][1] == goal:
-            before_end = _before_end(libsumo)
+            before_end = _before_end(libsumo, vehicle)
         step()
         try:
             xy_m.extend(place(RIDER))
@@ -194,6 +195,7 @@ def _set_down(libsumo: Any, session: Session, vehicle: Vehicle) -> float:
         departLane="best",
         departPos=repr(start_m),
         departSpeed=speed,
+        arrivalPos=repr(vehicle.end_m) if math.isfinite(vehicle.end_m) else "max",
     )
     at_s = vehicle.depart_s
     while at_s <= session.end_s:
@@ -227,10 +229,11 @@ def _steering(libsumo: Any, session: Session, vehicle: Vehicle) -> Callable[[], 
     return by_limit if session.free else by_speed
 
 
-def _before_end(libsumo: Any) -> tuple[float, float]:
-    """Return how far a vehicle is from its lane's end, in metres, and its speed."""
+def _before_end(libsumo: Any, vehicle: Vehicle) -> tuple[float, float]:
+    """Return how far a vehicle is from its route's end, on its lane, in metres, and its speed."""
     lane = libsumo.vehicle.getLaneID(RIDER)
-    rest_m = libsumo.lane.getLength(lane) - libsumo.vehicle.getLanePosition(RIDER)
+    end_m = min(libsumo.lane.getLength(lane), vehicle.end_m)
+    rest_m = end_m - libsumo.vehicle.getLanePosition(RIDER)
     return rest_m, libsumo.vehicle.getSpeed(RIDER)
 
 

@@ -3,6 +3,7 @@
 That is at constant speed on nets of one lane. Elsewhere each rides alone (`rides`).
 """
 
+import math
 import os
 import shutil
 import time
@@ -33,6 +34,8 @@ class Vehicle:
     lengths_m: tuple[float, ...]  # one per edge
     start_m: float
     depart_s: float
+    stop_s: float = math.inf  # when it rests, wherever it is; in rides only
+    end_m: float = math.inf  # along the last edge, where it arrives; in rides only
 
 
 @dataclass(frozen=True)

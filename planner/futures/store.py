@@ -216,7 +216,7 @@ def write_recording(
         "particle": count,
         "weight": particles.weight,
         "target": particles.target,
-        "at_end": ["gone" if gone else "stays" for gone in particles.gone],
+        "at_end": ["gone" if gone else "stays" for gone in futures.gone],
         "depart_s": particles.depart_s,
         "speed_mps": particles.speed_mps[particles.first_edge[:-1]],
         "route": [

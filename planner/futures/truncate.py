@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, first_kept, first_of_parts
+from planner.arrays import Flags, Floats, Ints, first_kept, first_of_parts, first_rows
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 
@@ -59,6 +59,44 @@ def after(futures: Futures, from_s: Floats) -> Futures:
         first_knot=first_kept(futures.first_knot, kept),
         edges=futures.edges.since(np.where(over, np.inf, from_s)),
     )
+
+
+def delayed(futures: Futures, by_s: Floats) -> Futures:
+    """Return the same motion of each particle so much later, (N,) seconds."""
+    changes = np.repeat(by_s, np.diff(futures.edges.first_change))
+    edges = replace(futures.edges, time_s=futures.edges.time_s + changes)
+    return replace(futures, time_s=futures.time_s + by_s[futures.particle], edges=edges)
+
+
+def stopped(futures: Futures, stop_s: Floats) -> Futures:
+    """Return the same motion of each particle up to its own time, (N,) seconds, none after it."""
+    kept = futures.time_s < stop_s[futures.particle]
+    kept[futures.first_knot[:-1][np.diff(futures.first_knot) > 0]] = True
+    cut = np.flatnonzero(futures.end_s > stop_s)
+    before = (first_kept(futures.first_knot, kept)[1:] - 1)[cut]
+    rows = np.flatnonzero(kept)[before]
+    share = (stop_s[cut] - futures.time_s[rows]) / (futures.time_s[rows + 1] - futures.time_s[rows])
+    columns = {
+        "x_m": futures.x_m[rows] + share * (futures.x_m[rows + 1] - futures.x_m[rows]),
+        "y_m": futures.y_m[rows] + share * (futures.y_m[rows + 1] - futures.y_m[rows]),
+        "time_s": stop_s[cut],
+    }
+    moves = columns["time_s"] > futures.time_s[rows]
+    ends = {
+        name: np.insert(getattr(futures, name)[kept], before[moves] + 1, column[moves])
+        for name, column in columns.items()
+    }
+    counts = np.diff(first_kept(futures.first_knot, kept))
+    counts[cut[moves]] += 1
+    edges = _changes_before(futures.edges, stop_s)
+    return replace(futures, first_knot=first_rows(counts), edges=edges, **ends)
+
+
+def _changes_before(edges: EdgesDriven, stop_s: Floats) -> EdgesDriven:
+    """Return the changes of edge before each particle's own time: it stays on the last one."""
+    kept = edges.time_s < stop_s[edges.particle]
+    kept[edges.first_change[:-1][np.diff(edges.first_change) > 0]] = True
+    return EdgesDriven(first_kept(edges.first_change, kept), edges.time_s[kept], edges.edge[kept])
 
 
 def recorded_until(futures: Futures, until_s: float) -> Futures:

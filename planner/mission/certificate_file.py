@@ -4,7 +4,7 @@ import hashlib
 import operator
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,92 +19,20 @@ from planner.errors import InputError, NotApplicableError
 from planner.files import json_text, write_json
 from planner.futures.futures import Futures
 from planner.guard import read_json
+from planner.mission.stored_certificate import (
+    SAME,
+    OfSets,
+    StoredCertificate,
+    stored_certificate,
+)
 from planner.network.road_network import RoadNetwork
 from planner.parquet import column, nested, read_table, write_table
 from planner.search.problem import Problem
 
 PRICES, WEIGHTS, MOTION, NET = "prices.parquet", "weights.parquet", "motion.parquet", "net.json"
 PROOF = (PRICES, WEIGHTS, MOTION, NET)
-ABSENT = ("lower_bound_s", "upper_bound_probability", "true_optimum_limit", "sets")  # if None
-SAME = ("particles", "plan_class", "transit", "speed_mps", "landing_s")  # where bounds compare
-OfSets = tuple[float, int]  # the true optimum's limit, and from how many sets it is
 ROUNDING = 1e-9  # by which figures worked out again may differ, as a share
 LONGEST_S = 60.0  # of a piece of motion: short ones are quickly seen to be out of reach
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredCertificate:
-    """What ``plan.json`` says of a certificate; its fields are the file's keys."""
-
-    lower_bound_s: float | None = None  # of these two bounds there is one, by the objective
-    upper_bound_probability: float | None = None
-    gap: float | None  # None: infinite
-    particles: int
-    plan_class: str
-    transit: bool
-    bin_s: float
-    speed_mps: float
-    landing_s: float | None  # None: the UAV need not land
-    true_optimum_limit: float | None = None  # these two only if other sets were asked for
-    sets: int | None = None
-
-    def __post_init__(self) -> None:
-        bounds = [self.lower_bound_s, self.upper_bound_probability]
-        if bounds.count(None) != 1:
-            raise ValueError("it needs one bound, a number")
-        for key in ("particles", "bin_s", "speed_mps"):
-            _check_number(key, getattr(self, key))
-        for key in (*ABSENT, "gap", "landing_s"):
-            if getattr(self, key) is not None:
-                _check_number(key, getattr(self, key))
-        if self.plan_class not in ("roads", "free") or not isinstance(self.transit, bool):
-            raise ValueError("it needs a plan_class, roads or free, and transit, true or false")
-
-    @property
-    def bound(self) -> float:
-        """No plan's figure is better: seconds, or a probability."""
-        bound = self.upper_bound_probability if self.lower_bound_s is None else self.lower_bound_s
-        assert bound is not None
-        return float(bound)
-
-    @property
-    def of_sets(self) -> OfSets | None:
-        """What other sets of particles tell, if they were asked."""
-        if self.true_optimum_limit is None or self.sets is None:
-            return None
-        return self.true_optimum_limit, self.sets
-
-    def content(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        found = asdict(self)
-        return {key: found[key] for key in found if found[key] is not None or key not in ABSENT}
-
-    def proves_more(self, other: "StoredCertificate") -> bool:
-        """Tell whether its bound is better than another one's on the same plans and particles."""
-        if any(getattr(self, key) != getattr(other, key) for key in SAME):
-            return False
-        return self.gap is not None and (other.gap is None or self.gap < other.gap)
-
-
-def _check_number(key: str, value: Any) -> None:
-    if type(value) not in (int, float) or not np.isfinite(value):
-        raise ValueError(f"{key} should be a number")
-
-
-def stored_certificate(problem: Problem, certificate: Certificate) -> StoredCertificate:
-    """Return what ``plan.json`` says of a certificate."""
-    by_s, landing_s = problem.objective.by_s, problem.uav.landing_s
-    return StoredCertificate(
-        lower_bound_s=certificate.bound if by_s is None else None,
-        upper_bound_probability=None if by_s is None else certificate.bound,
-        gap=certificate.gap if np.isfinite(certificate.gap) else None,
-        particles=len(problem.futures),
-        plan_class=certificate.plan_class,
-        transit=problem.sensor.detects_in_transit,
-        bin_s=certificate.bin_s,
-        speed_mps=problem.uav.speed_mps,
-        landing_s=landing_s if np.isfinite(landing_s) else None,
-    )
 
 
 def read_certificate(plan_file: Path) -> StoredCertificate | None:

@@ -9,14 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from planner.belief.distribution import distribution
-from planner.belief.prior import Prior, TurnTable, prior_of
+from planner.belief.prior import Known, Prior, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
+from planner.flight.airspace import Airspace
 from planner.messages import as_written, suggestion
+from planner.mission.areas import airspace_of, place_faults
+from planner.mission.known_target import known_target
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
@@ -38,6 +41,7 @@ class OpenScenario:
     network: RoadNetwork
     prior: Prior  # what the planners know
     truth_prior: Prior  # what the true targets are drawn from
+    airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
 
     @property
     def uav_xy_m(self) -> tuple[float, float]:
@@ -70,26 +74,35 @@ def open_scenario(
     draft = read_draft(place, preset=preset, overrides=overrides)
     faults = list(draft.faults)
     network = _network(draft, faults)
-    turns: dict[str, TurnTable] = {}
+    known: dict[str, Known] = {}
     if network is not None:
         for key, target, names in _targets(draft):
-            turns[key], found = _turns(key, target, network, draft)
+            turns, found = _turns(key, target, network, draft)
             found += _start_faults(key, target, network)
             if not _stands_in(target, draft.faults):
                 found += _distance_faults(key, target, network)
-            faults += faults_of_fields(found, key, names)
+            known[key], more = known_target(key, target, network, draft.folder)
+            known[key] = known[key]._replace(turns=turns)
+            faults += faults_of_fields([*found, *more], key, names)
         faults += _uav_faults(draft.uav, network)
+        airspace, found = airspace_of(draft.airspace, draft.folder, network)
+        faults += found
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
             faults += _far_faults(draft, draft.uav, network)
+            if airspace is not None:
+                start, home = _start_xy(draft.uav.start, network), _return_xy(draft.uav, network)
+                faults += place_faults(airspace, network, start, home)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
-    scenario = draft.scenario()
+    scenario = draft.scenario(in_town=not network.is_abstract)
+    _note_wide_roads(network, scenario.sensor.radius_m)
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=prior_of(scenario.target, network, turns=turns["target"]),
-        truth_prior=prior_of(scenario.truth, network, turns=turns["truth"]),
+        prior=prior_of(scenario.target, network, known["target"]),
+        truth_prior=prior_of(scenario.truth, network, known["truth"]),
+        airspace=airspace,
     )
 
 
@@ -141,6 +154,17 @@ def _road_tolerance_m(draft: Draft) -> float:
     if draft.network is not None and draft.network.road_tolerance_m is not None:
         return draft.network.road_tolerance_m
     return draft.sensor.radius_m * PART_OF_RADIUS if draft.sensor is not None else 0.0
+
+
+def _note_wide_roads(network: RoadNetwork, radius_m: float) -> None:
+    widest_m = float(network.half_width_m.max())
+    if widest_m > radius_m:
+        log.warning(
+            "network.road_tolerance_m: a target may be %.0f m beside a road's line, farther than "
+            "the sensor sees (%g m); a smaller tolerance keeps more roads apart",
+            widest_m,
+            radius_m,
+        )
 
 
 def _turns(
@@ -205,7 +229,7 @@ def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, 
 
 
 def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
-    if isinstance(target.start, str):
+    if not isinstance(target.start, dict):
         return
     for edge in target.start:
         if edge not in network.edge_index:
@@ -226,9 +250,9 @@ def _stands_in(target: TargetSection, faults: Sequence[Fault]) -> bool:
 
 
 def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
-    if isinstance(target.distance_m, str):
+    if isinstance(target.distance_m, str) or not isinstance(target.start, str | dict):
         return
-    names = network.edge_ids if isinstance(target.start, str) else target.start
+    names = target.start if isinstance(target.start, dict) else network.edge_ids
     index = [network.edge_index[edge] for edge in names if edge in network.edge_index]
     high_m = distribution(target.distance_m).high
     short = [edge for edge in index if network.edge_length_m[edge] < high_m - TOLERANCE_M]

@@ -1,8 +1,5 @@
 """Places of a plan as other programs need them: the net's plane, and degrees where it has any."""
 
-import gzip
-import re
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -10,18 +7,18 @@ from numpy.typing import ArrayLike
 
 from planner.arrays import Floats
 from planner.flight.track import Track
+from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 
 DIGITS = 8  # of a degree: a millimetre on the ground
-OFFSET, HEAD = re.compile(r'netOffset="([^",]+),([^"]+)"'), 1 << 16  # characters in which it is
 
 
 def frame(network: RoadNetwork) -> dict[str, Any]:
     """Return which net a plan is for, and how its plane lies on the Earth, as plain data."""
     return {
         "sha256": network.sha256,
-        "projection": network.projection,
-        "net_offset_m": list(_net_offset_m(network)),
+        "projection": network.projection if is_georeferenced(network) else None,
+        "net_offset_m": list(network.net_offset_m),
     }
 
 
@@ -39,26 +36,8 @@ def waypoints(track: Track, network: RoadNetwork) -> list[list[float]]:
 
 def _rows(xy_m: Floats, network: RoadNetwork) -> list[list[float]]:
     """Return places, (n, 2) metres, as rows of x, y, and where there are any lon and lat."""
-    lonlat = _lonlat(network, xy_m)
-    columns = [xy_m] if lonlat is None else [xy_m, np.round(lonlat, DIGITS)]
+    columns = [xy_m]
+    if is_georeferenced(network):
+        columns += [np.round(lonlat(network, xy_m), DIGITS)]
     rows: list[list[float]] = np.concatenate(columns, axis=1).tolist()
     return rows
-
-
-def _lonlat(network: RoadNetwork, xy_m: Floats) -> Floats | None:
-    if network.projection is None:
-        return None
-    from pyproj import Proj
-
-    x_m, y_m = (xy_m - _net_offset_m(network)).T
-    lon, lat = Proj(network.projection)(x_m, y_m, inverse=True)
-    return np.stack([lon, lat], axis=1)
-
-
-def _net_offset_m(network: RoadNetwork) -> tuple[float, float]:
-    """Return what stands in the net's file as its offset; (0, 0) if there is none."""
-    opened = gzip.open if network.path.suffix == ".gz" else open
-    with suppress(OSError, EOFError), opened(network.path, "rt", encoding="utf-8") as file:
-        found = OFFSET.search(file.read(HEAD))
-        return (float(found[1]), float(found[2])) if found else (0.0, 0.0)
-    return 0.0, 0.0

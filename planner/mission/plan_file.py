@@ -164,7 +164,7 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         time_s, x_m, y_m, *_ = np.array(uav["waypoints"], dtype=float).T
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
-        legs.append(tuple(_flown(leg, network) for leg in uav["legs"]))
+        legs.append(tuple(_flown(leg, network, tracks[-1]) for leg in uav["legs"]))
     if not tracks:
         raise ValueError("no uavs")
     return StoredPlan(
@@ -183,7 +183,11 @@ def _above_zero(number: float) -> float:
     return float(number)
 
 
-def _flown(leg: Mapping[str, Any], network: RoadNetwork) -> FlownLeg:
-    road = network.road_index[leg["road"]]
+def _flown(leg: Mapping[str, Any], network: RoadNetwork, track: Track) -> FlownLeg:
+    road, start_s, end_s = network.road_index[leg["road"]], leg["start_s"], leg["end_s"]
     against = leg["from_node"] != network.node_ids[network.road_from[road]]
-    return FlownLeg(Legs.both(road)[against], leg["depart_s"], leg["start_s"], leg["end_s"])
+    if network.road_from[road] == network.road_to[road]:  # a loop: the way tells, not the nodes
+        quarters_m = network.road_length_m[road] * np.array([0.25, 0.75])
+        off_m = network.xy(np.full(2, road), quarters_m) - track.xy(start_s + (end_s - start_s) / 4)
+        against = bool(np.argmin(np.hypot(*off_m.T)))
+    return FlownLeg(Legs.both(road)[against], leg["depart_s"], start_s, end_s)

@@ -1,7 +1,7 @@
 """From an open scenario to what planners and missions need: recordings, problems, plans."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
 from typing import Any
@@ -27,6 +27,7 @@ from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
+from planner.search.searched import named_as_before, searched_problem
 from planner.streams import stream
 
 
@@ -176,7 +177,8 @@ def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None 
     sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
-    return Problem(opened.network, futures, uav, sensor, Objective(search.horizon_s, by_s))
+    objective = Objective(search.horizon_s, by_s)
+    return Problem(opened.network, futures, uav, sensor, objective, airspace=opened.airspace)
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:
@@ -210,7 +212,12 @@ def make_plan(
     problem = problem_of(opened, futures, method=method).replace(holdout=holdout)
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _planner(method, opened, recorder)
-    return planner(problem, budget=budget or budget_of(opened), rng=rng)
+    budget = budget or budget_of(opened)
+    if problem.airspace is None:
+        return planner(problem, budget=budget, rng=rng)
+    searched, roads = searched_problem(problem)
+    found = planner(searched, budget=budget, rng=rng)
+    return replace(found, plan=named_as_before(found.plan, roads))
 
 
 def budget_of(opened: OpenScenario) -> Budget:

@@ -10,25 +10,16 @@ CANDIDATES = 12  # places on roads, the nearest ones to a line, whose roads may 
 
 
 def off_roads(roads: Lines, ways: Lines, road: Ints) -> Floats:
-    """Return how far off each road the ways lie at most that are held to it, (R,) metres.
+    """Return how far off each road the ways lie at most that count to it, (R,) metres.
 
     Parameters
     ----------
     road
-        (W, 2) the two roads between which each way lies; twice the same one for a lane of it.
-        Each part of a way is held to the nearer one.
+        (W,) the road to which each way counts.
     """
-    parts = ways.parts(STEP_M)
-    own, other = road[parts.line].T
-    off_m = roads.off(own, parts.start_m, parts.end_m)
-    leads_on = np.flatnonzero(own != other)
-    ends = parts.start_m[leads_on], parts.end_m[leads_on]
-    to_other_m = roads.off(other[leads_on], *ends)
-    nearer = to_other_m < off_m[leads_on]
-    own, leads_on = own.copy(), leads_on[nearer]
-    own[leads_on], off_m[leads_on] = other[leads_on], to_other_m[nearer]
-    most_m = np.zeros(len(roads))
-    np.maximum.at(most_m, own, off_m)
+    parts, most_m = ways.parts(STEP_M), np.zeros(len(roads))
+    own = road[parts.line]
+    np.maximum.at(most_m, own, roads.off(own, parts.start_m, parts.end_m))
     return most_m
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.network.merging import Street, length_m
+from planner.network.streets import Street, length_m
 
 WIDEST = 1.6  # tolerances that a contracted node's own nodes may span
 WITHIN = 3.0  # tolerances: as short a street within a contracted node is part of it

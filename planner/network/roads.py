@@ -20,8 +20,8 @@ radius, roads are made of edges by these rules, in this order:
 
 Nodes and edges are taken in the order of their names, whatever the order of the file. A road has
 the name and the direction of the first of its edges by name, those that begin with a minus last; a
-node has the name of the first of its own. How far its lanes, and the ways from them through
-junctions, lie off a road at most is measured: ``half_width_m``.
+node has the name of the first of its own. How far a road's lanes, and the ways through junctions
+that lead onto them, lie off it at most is measured: ``half_width_m``.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,14 +38,14 @@ from planner.network.beside import nearest_road, off_roads
 from planner.network.contraction import Nodes, contracted
 from planner.network.lines import Lines
 from planner.network.links import NetFile, read_links
-from planner.network.merging import (
+from planner.network.road_network import RoadNetwork
+from planner.network.streets import (
     Street,
     joined_chains,
     mean_line,
     merged_abreast,
     simplified,
 )
-from planner.network.road_network import RoadNetwork
 from planner.npz import load_fields, save_fields
 
 # Goes into the name of kept columns: raise it when the rules change.
@@ -192,13 +192,13 @@ def _edge_roads(roads: Lines, streets: Sequence[Street], edges: Sequence[Street]
 
 
 def _driven_ways(network: RoadNetwork, file: NetFile, edge_road: Ints) -> tuple[Lines, Ints]:
-    """Return all that cars drive on, and the roads (W, 2) between which each of it lies."""
+    """Return all that cars drive on, and the road of each, (W,): in a junction, the one after it.
+
+    So recordings count: who is inside a junction is on the edge that comes next.
+    """
     edge_of = network.edge_index
-    lanes = [(lane, name, name) for name in edge_of for lane in file.car_lanes[name]]
-    through = [
-        (lane, link["from"], link["to"]) for link in file.every for lane in file.through(link)
-    ]
-    ways = [way for way in (*lanes, *through) if way[1] in edge_of and way[2] in edge_of]
-    lines_m = [lane.xy_m for lane, _, _ in ways]
-    edges = [(edge_of[start], edge_of[end]) for _, start, end in ways]
-    return _lines(lines_m), edge_road[np.array(edges)]
+    ways = [(lane, edge) for name, edge in edge_of.items() for lane in file.car_lanes[name]]
+    for link in file.every:
+        if link["to"] in edge_of:
+            ways += [(lane, edge_of[link["to"]]) for lane in file.through(link)]
+    return _lines([lane.xy_m for lane, _ in ways]), edge_road[[edge for _, edge in ways]]

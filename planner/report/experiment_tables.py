@@ -11,6 +11,7 @@ from planner.experiments.instances import Instance
 from planner.experiments.results import Row
 from planner.intervals import student_interval
 from planner.report.formats import Column, FittingTable, titled_table
+from planner.search.methods import is_pattern
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -24,12 +25,14 @@ best plan over roads known, on 4,000 fresh targets that no planner sees, with it
 bound, both on the particles planned with; in brackets, where such a bound takes too large a table,
 above one on any flight whatever. Each method has the scenario's own budget; its column tells how
 far its plan is above the best known, on the same fresh targets. `orienteering` plans with OR-Tools;
-`anneal-waypoints` may leave the roads and so be better than the best known; - where a method cannot
-work on the instance. The best known was chosen on other targets than these, so that a plan over
-roads may be a little better.
+`anneal-waypoints` may leave the roads and so be better than the best known; *best pattern* is the
+best, on these targets, of what pilots fly without a planner; - where a method cannot work on the
+instance. The best known was chosen on other targets than these, so that a plan over roads may be a
+little better.
 
 """
 MOST_LINES = 60  # further ones are left out of a terminal
+BEST_PATTERN = "best pattern"  # a column for all of them
 COLUMNS, OTHERS = 3, "other levels"  # more factors than that share a column of this name
 
 
@@ -94,6 +97,7 @@ def instances_table(
     values: Mapping[tuple[str, str], float | None],
 ) -> "Table":
     """Return the best value known of each instance, and by how much each method is above it."""
+    values = _with_best_pattern(values)
     methods = list(dict.fromkeys(method for _, method in values))
     table = titled_table(
         "instances: expected detection time of the best plan known, methods above it"
@@ -108,6 +112,18 @@ def instances_table(
         cells = [_above(values[one.name, method], best_s) for method in methods]
         table.add_row(one.name, f"{best_s:,.0f} ± {half_s:.0f} s", _above_bound(one), *cells)
     return table
+
+
+def _with_best_pattern(
+    values: Mapping[tuple[str, str], float | None],
+) -> dict[tuple[str, str], float | None]:
+    """Return values by instance and method, with the best of all patterns in place of each."""
+    found: dict[tuple[str, str], float | None] = {}
+    for (instance, method), value in values.items():
+        key = (instance, BEST_PATTERN if is_pattern(method) else method)
+        known = [one for one in (found.get(key), value) if one is not None]
+        found[key] = min(known, default=None)
+    return found
 
 
 def _above_bound(instance: Instance) -> str:

@@ -57,10 +57,15 @@ class FittingTable:
     def __init__(self, title: str, columns: Sequence[Column], *, caption: str = "") -> None:
         self.title, self.columns, self.caption = title, tuple(columns), caption
         self.rows: list[tuple[str, ...]] = []
+        self._section_ends: list[int] = []
 
     def add_row(self, *cells: str) -> None:
         """Add a row, one cell for each column."""
         self.rows.append(cells)
+
+    def end_section(self) -> None:
+        """Leave a gap below the rows so far."""
+        self._section_ends.append(len(self.rows))
 
     def __rich_console__(
         self, _: "Console", options: "ConsoleOptions"
@@ -99,6 +104,6 @@ class FittingTable:
         for k in shown:
             header, _, left, _ = self.columns[k]
             table.add_column(header, justify="left" if left else "right", min_width=widths[k])
-        for row in self.rows:
-            table.add_row(*(row[k] for k in shown))
+        for number, row in enumerate(self.rows, 1):
+            table.add_row(*(row[k] for k in shown), end_section=number in self._section_ends)
         return table

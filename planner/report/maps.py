@@ -205,6 +205,8 @@ class _Label:
         """Half of its width and height, (2,), in sizes of its letters."""
         lines = self.text.split("\n")
         wide, high = GLYPH * max(map(len, lines)), LINE * len(lines)
+        if len(self.numbers) == 1:  # in a circle
+            high = max(wide, high)
         return (np.array([wide, high]) + PADS) / 2
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from planner.bounds.certificate import Certificate
+from planner.bounds.certificate import Certificate, gap_of
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import Prospects
@@ -84,7 +84,7 @@ def own_futures_line(fresh: Fresh, many: int) -> str:
 
 def certificate_line(certificate: Certificate, by_s: float | None) -> str:
     """Return what a certificate says, in words."""
-    gap = f"gap {certificate.gap:.1%}"
+    gap = f"gap {certificate.gap:.1%}{_of_physics(certificate, by_s)}"
     kind = "road plan" if certificate.plan_class == "roads" else "flight"
     if by_s is None:
         return (
@@ -112,6 +112,17 @@ def prospects_lines(found: Prospects) -> list[str]:
             "you trust these odds"
         )
     return lines
+
+
+def _of_physics(certificate: Certificate, by_s: float | None) -> str:
+    """Return how the bound for all flights stands to that of physics, in words."""
+    if certificate.physics is None:
+        return ""
+    if certificate.physics == certificate.bound:
+        return " (each target met as early as can be: this time gave no better bound)"
+    physics, gap = certificate.physics, gap_of(certificate.value, certificate.physics)
+    figure = f"{physics:,.0f} s" if by_s is None else f"{physics:.1%}"
+    return f" (as computed; the files prove {figure}, gap {gap:.1%})"
 
 
 def gap_line(gap: float) -> str:

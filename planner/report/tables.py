@@ -13,7 +13,9 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
+from planner.network.street_names import has_street_names, road_phrase
 from planner.report.formats import Column, FittingTable, percent, titled_table
+from planner.search.methods import is_pattern
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -97,15 +99,19 @@ def plan_table(row: MethodRow) -> FittingTable:
 def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> FittingTable:
     """Return the roads of a plan in the order flown, with times on the target's clock.
 
+    Where the net has names of streets, roads are called by them.
+
     Parameters
     ----------
     until_s
         The horizon: no road that begins after it is shown, nor are more than ``MOST_ROWS``.
     """
+    named = has_street_names(network)
     ends = (Column("from", rank=3, left=True), Column("to", rank=3, left=True))
+    ids = (Column("street", left=True, wraps=True), Column("road", rank=3, left=True))
     times_s = (Column("start", rank=1), Column("end", rank=2))
-    columns = (Column("#"), Column("road", left=True), *ends, *times_s)
-    table = FittingTable("roads in the order flown", columns)
+    called = ids if named else (Column("road", left=True), *ends)
+    table = FittingTable("roads in the order flown", (Column("#"), *called, *times_s))
     flown = [
         (order, leg)
         for legs in plan.legs
@@ -114,8 +120,11 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     ]
     for order, leg in flown[:MOST_ROWS]:
         times = (clock(leg.start_s), clock(leg.end_s))
-        from_to = leg_ends(network, leg.leg)
-        table.add_row(str(order), network.road_ids[leg.road], *from_to, *times)
+        road = network.road_ids[leg.road]
+        if named:
+            table.add_row(str(order), road_phrase(network, leg.leg), road, *times)
+        else:
+            table.add_row(str(order), road, *leg_ends(network, leg.leg), *times)
     _tell_more(table, len(flown))
     return table
 
@@ -158,7 +167,8 @@ def _tell_more(table: FittingTable, rows: int) -> None:
 def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
     """Return methods side by side, on the same futures and the same fresh targets.
 
-    A method that cannot be used keeps its row and says why. Where bounds are known, a column says
+    A pilot's patterns stand apart from the planners. A method that cannot be used keeps its row and
+    says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
     """
     rows = list(rows)
@@ -184,7 +194,9 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
             Column("planning\ntook", rank=6),
         ),
     )
-    for row in rows:
+    for before, row in zip([rows[0], *rows] if rows else [], rows, strict=False):
+        if is_pattern(row.method) != is_pattern(before.method):
+            table.end_section()
         if row.evaluated is None:
             table.add_row(row.method, *["-"] * (len(table.columns) - 1))
         else:

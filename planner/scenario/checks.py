@@ -9,6 +9,7 @@ from planner.scenario.sections import (
     OF_SUMO,
     GreedySection,
     NetworkSection,
+    Scenario,
     SearchSection,
     TargetSection,
     UavSection,
@@ -17,6 +18,7 @@ from planner.scenario.values import probability_fault
 
 # The keys that checks across sections depend on.
 HORIZON_KEYS = (
+    "target.last_seen_window_s",
     "target.last_seen_ago_s",
     "uav.take_off_s",
     "search.horizon_s",
@@ -24,7 +26,13 @@ HORIZON_KEYS = (
     "search.objective",
     "search.by_s",
 )
-SAMPLING_KEYS = ("target.distance_m", "target.speed", "search.sampling")
+SAMPLING_KEYS = (
+    "target.start",
+    "target.goes",
+    "target.distance_m",
+    "target.speed",
+    "search.sampling",
+)
 MOST_TICKS = 10_000_000  # to the horizon
 LONGEST_TITLE = 500  # characters
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt
@@ -74,10 +82,17 @@ def _is_below(name: str) -> bool:
 
 def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:
     """Yield what is wrong with the probabilities of a target, or a turn file that is missing."""
-    if not isinstance(section.start, str):
+    if isinstance(section.start, dict):
         fault = probability_fault(list(section.start.values()))
         if fault:
             yield Fault(f"{key}.start", fault)
+    elif not isinstance(section.start, str) and not isinstance(section.distance_m, str):
+        yield Fault(
+            f"{key}.distance_m",
+            f"goes with whole edges only, but {key}.start says where on them; leave it out",
+        )
+    if section.goes not in (None, "turns"):
+        yield from _going_faults(key, section)
     if isinstance(section.turning, dict):
         for edge, ways in section.turning.items():
             fault = probability_fault(list(ways.values()))
@@ -96,11 +111,28 @@ def clock_faults(target: TargetSection, truth: TargetSection) -> Iterator[Fault]
         yield Fault("truth.sighted_at", text)
 
 
+def _going_faults(key: str, section: TargetSection) -> Iterator[Fault]:
+    """Yield the keys that mean nothing for a target that goes somewhere."""
+    if section.turning != "equal":
+        text = f"goes with turns by chance, but {key}.goes says where to; leave one of them out"
+        yield Fault(f"{key}.turning", text)
+    if section.speed_drawn == "per road":
+        text = f'"per road" goes with turns by chance, not with {key}.goes; write "once"'
+        yield Fault(f"{key}.speed_drawn", text)
+
+
 def horizon_faults(
     target: TargetSection, uav: UavSection, search: SearchSection
 ) -> Iterator[Fault]:
     """Yield the fault of a horizon or a deadline that leaves no time to search."""
     take_off_s = target.last_seen_ago_s + uav.take_off_s + search.planning_time_s
+    window_s = target.last_seen_window_s or 0.0
+    if window_s >= search.horizon_s:
+        yield Fault(
+            "target.last_seen_window_s",
+            f"{as_written(window_s)} s does not end before search.horizon_s, "
+            f"{as_written(search.horizon_s)} s; choose a shorter one",
+        )
     if search.horizon_s <= take_off_s:
         yield Fault(
             "search.horizon_s",
@@ -123,6 +155,24 @@ def sampling_faults(target: TargetSection, search: SearchSection) -> Iterator[Fa
     """Yield the distributions that have too many values for all of them to be taken."""
     if search.sampling != "all":
         return
+    if not isinstance(target.start, str | dict):
+        yield Fault(
+            "target.start",
+            'stretches have endlessly many places, but search.sampling is "all"; write a table of '
+            'edges, or search.sampling = "sobol"',
+        )
+    if target.goes not in (None, "turns"):
+        yield Fault(
+            "target.goes",
+            'has endlessly many routes, but search.sampling is "all"; leave it out, or write '
+            'search.sampling = "sobol"',
+        )
+    if target.last_seen_window_s:
+        yield Fault(
+            "target.last_seen_window_s",
+            'has many seconds, but search.sampling is "all"; leave it out, or write '
+            'search.sampling = "sobol"',
+        )
     for name in ("distance_m", "speed_mps"):
         numbers = getattr(target, name)
         form = numbers if isinstance(numbers, str) else numbers.form
@@ -150,8 +200,10 @@ def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]
         )
 
 
-def slow_uav_warning(uav: UavSection, fastest_mps: float) -> str | None:
+def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
+    uav = scenario.uav
+    fastest_mps = max(scenario.target.speed_mps.high, scenario.truth.speed_mps.high)
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

@@ -80,6 +80,8 @@ def _known(model: type, place: Sequence[str | int]) -> tuple[list[str], str]:
     known: list[str] = []
     remedy = ""
     for part in place:
+        if isinstance(part, int):
+            continue
         if _is_branch(part):
             models = [m for m in models if m.__name__ == str(part)[1:]]
             continue

@@ -10,7 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from planner.scenario.areas import Area
 from planner.scenario.source import FILE
+from planner.scenario.target_values import Goes, Start
 from planner.scenario.values import (
     Credit,
     Distance,
@@ -24,7 +26,6 @@ from planner.scenario.values import (
     Seconds,
     Section,
     Speeds,
-    StartEdges,
     Tick,
     Tolerance,
     Turning,
@@ -53,7 +54,8 @@ class NetworkSection(Section):
     )
     net: str | None = Field(
         default=None,
-        description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
+        description="the path of a SUMO .net.xml or .sumocfg file, or of an OpenStreetMap file; "
+        "after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
     exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
@@ -87,8 +89,15 @@ class TargetSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
 
-    start: StartEdges = Field(
-        description='"anywhere", a list of edges, or a table of edges and their probabilities'
+    start: Start = Field(
+        description='"anywhere", a list of edges, a table of edges and their probabilities, '
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
+        "or { taz, file }"
+    )
+    goes: Goes | None = Field(
+        default=None,
+        description='"turns" by chance, "somewhere", "leaves", [{ edge, p }], or { file } of '
+        'SUMO\'s routes; left out: "turns"',
     )
     distance_m: Distances = Field(
         default="anywhere",
@@ -120,6 +129,11 @@ class TargetSection(Section):
         default=None,
         description="the moment of time 0, with its offset from UTC: 2026-05-01T14:05:00+02:00, "
         "or leave it out",
+    )
+    last_seen_window_s: Seconds | None = Field(
+        default=None,
+        description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
+        "leave it out for time 0",
     )
 
 
@@ -153,6 +167,23 @@ class SensorSection(Section):
     )
     detects_in_transit: bool = Field(
         default=True, description="true if the sensor is on between roads as well, else false"
+    )
+
+
+class AirspaceSection(Section):
+    """Where the UAV may fly and where it searches: paths of GeoJSON files, or polygons."""
+
+    within: Area | None = Field(
+        default=None,
+        description="the area that is searched: a GeoJSON file or [[x, y], ...], or leave it out",
+    )
+    no_fly: Area | None = Field(
+        default=None,
+        description="what is flown around: a GeoJSON file or [[x, y], ...], or leave it out",
+    )
+    fence: Area | None = Field(
+        default=None,
+        description="what is never left: a GeoJSON file or [[x, y], ...], or leave it out",
     )
 
 
@@ -225,6 +256,7 @@ SECTIONS: dict[str, type[Section]] = {
     "truth": TargetSection,
     "uav": UavSection,
     "sensor": SensorSection,
+    "airspace": AirspaceSection,
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
@@ -242,6 +274,7 @@ class Scenario:
     truth: TargetSection  # how the true targets differ from that, applied
     uav: UavSection
     sensor: SensorSection
+    airspace: AirspaceSection
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
@@ -268,6 +301,5 @@ class Scenario:
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        if not plain["futures"]:
-            del plain["futures"]  # nothing is said about it
-        return {"title": self.title, **plain}
+        silent = [key for key in ("airspace", "futures") if not plain[key]]
+        return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}

@@ -242,7 +242,7 @@ def _list_fault(section: DistributionSection) -> str | None:
     return probability_fault(section.probabilities)
 
 
-def _equal(edges: Any) -> Any:
+def edges_alike(edges: Any) -> Any:
     """Return a list of edges as a table in which each has the same probability."""
     if not isinstance(edges, list):
         return edges
@@ -255,7 +255,7 @@ def _equal(edges: Any) -> Any:
     return {edge: 1 / len(edges) for edge in edges}
 
 
-def _no_edge_alone(word: str) -> str:
+def no_edge_alone(word: str) -> str:
     """Return the word for all edges; an edge's name alone is refused with how it is written."""
     if word != "anywhere":
         name = as_written(word)
@@ -295,11 +295,6 @@ Distances = Annotated[
     Annotated[Literal["anywhere"], Tag("~word")]
     | Annotated[DistributionSection, AfterValidator(_from_zero), Tag("~DistributionSection")],
     Discriminator(lambda value: "~word" if isinstance(value, str) else "~DistributionSection"),
-]
-StartEdges = Annotated[
-    Annotated[Literal["anywhere"], BeforeValidator(_no_edge_alone), Tag("~word")]
-    | Annotated[Probabilities, BeforeValidator(_equal), Tag("~table")],
-    Discriminator(lambda value: "~word" if isinstance(value, str) else "~table"),
 ]
 
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.evaluate import evaluate
-from planner.detection.first_detection import columns
-from planner.detection.kernels.closest_approach import Window
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.progress import silent
 from planner.search.beam import beam, holdout_value
@@ -28,15 +26,11 @@ from planner.search.kernels.anneal import (
     Standing,
     anneal,
 )
-from planner.search.kernels.cells import grid_of
-from planner.search.kernels.motion import fastest
 from planner.search.kernels.waypoints import (
     LEFT,
     SEEN,
     Bar,
     Change,
-    FlightLimits,
-    Surroundings,
     Unseen,
     WaypointFlight,
     sweep,
@@ -46,7 +40,8 @@ from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
-from planner.search.what_if import WhatIf, goal_of
+from planner.search.waypoint_rewards import surroundings
+from planner.search.what_if import WhatIf
 
 DRAWS = 9  # uniform numbers per move
 ROUND = 200  # moves between two looks at the clock
@@ -118,7 +113,7 @@ class AnnealedFlight:
 
     def __init__(self, problem: Problem, room: int) -> None:
         particles = len(problem.futures)
-        self._around = _surroundings(problem)
+        self._around = surroundings(problem)
         self._scale = _scale(problem)
         self._most = float(problem.weight_at_start.sum()) * problem.objective.most
         self._flights = Flights(
@@ -249,19 +244,6 @@ def times_left(problem: Problem, waypoints: Floats) -> Floats:
     places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
     flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
     return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
-
-
-def _surroundings(problem: Problem) -> Surroundings:
-    """Return what a sweep has to know, as its kernel takes it."""
-    uav, futures, objective = problem.uav_at_start, columns(problem.futures), problem.objective
-    radius_m, ends_s = float(problem.sensor.radius_m), float(objective.ends_s)
-    span = Window(float(uav.take_off_s), ends_s)
-    grid = grid_of(futures, radius_m, float(fastest(futures)), span)
-    home_x_m, home_y_m = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
-    limits = FlightLimits(
-        float(home_x_m), float(home_y_m), float(uav.landing_s), ends_s, float(uav.speed_mps)
-    )
-    return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
 
 
 def _scale(problem: Problem) -> Scale:

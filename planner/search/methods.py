@@ -35,6 +35,7 @@ class Method:
     takes_options: bool = False  # of the scenario's [greedy], and particles drawn anew
     is_sized: bool = True  # how long it takes follows from what the scenario says
     stops: bool = False  # when asked, with the best plan so far
+    is_pattern: bool = False  # what a pilot flies without a planner
 
 
 def _exhaustive() -> Planner:
@@ -91,6 +92,12 @@ def _anneal_waypoints() -> Planner:
     return anneal_waypoints
 
 
+def _cells() -> Planner:
+    from planner.search.cell_beam import cells
+
+    return cells
+
+
 def _lns() -> Planner:
     from planner.search.lns import lns
 
@@ -101,6 +108,48 @@ def _orienteering() -> Planner:
     from planner.search.orienteering import orienteering
 
     return orienteering
+
+
+def _hover() -> Planner:
+    from planner.search.pattern_methods import hover
+
+    return hover
+
+
+def _spiral() -> Planner:
+    from planner.search.pattern_methods import spiral
+
+    return spiral
+
+
+def _expanding_square() -> Planner:
+    from planner.search.pattern_methods import expanding_square
+
+    return expanding_square
+
+
+def _sector() -> Planner:
+    from planner.search.pattern_methods import sector
+
+    return sector
+
+
+def _lawnmower() -> Planner:
+    from planner.search.pattern_methods import lawnmower
+
+    return lawnmower
+
+
+def _main_streets() -> Planner:
+    from planner.search.street_patterns import main_streets
+
+    return main_streets
+
+
+def _best_crossing() -> Planner:
+    from planner.search.street_patterns import best_crossing
+
+    return best_crossing
 
 
 def _wait() -> Planner:
@@ -121,6 +170,10 @@ def _exact() -> Planner:
     return exact
 
 
+def _pattern(name: str, summary: str, load: Callable[[], Planner]) -> Method:
+    return Method(name, summary, True, load, stops=True, is_pattern=True)
+
+
 METHODS = (
     Method(
         "best",
@@ -133,6 +186,14 @@ METHODS = (
     ),
     Method("beam", "grows many road orders in parallel", True, _beam, chooses=True, stops=True),
     Method("lns", "repeatedly cuts and repairs the order of rate", True, _lns, stops=True),
+    Method(
+        "cells",
+        "a beam of free flights over a space-time cell index",
+        True,
+        _cells,
+        chooses=True,
+        stops=True,
+    ),
     Method(
         "anneal-waypoints",
         "starts from the beam's plan and leaves the roads",
@@ -173,6 +234,13 @@ METHODS = (
         is_sized=False,
         stops=True,
     ),
+    _pattern("hover", "hovers over the best place of those last seen at", _hover),
+    _pattern("spiral", "a tuned spiral outwards", _spiral),
+    _pattern("expanding-square", "a tuned expanding square search (SS)", _expanding_square),
+    _pattern("sector", "a tuned sector search (VS): triangles that meet in one point", _sector),
+    _pattern("lawnmower", "tuned parallel tracks over a rectangle (PS)", _lawnmower),
+    _pattern("main-streets", "out along the busiest streets and back, tuned", _main_streets),
+    _pattern("best-crossing", "hovers over the best of all crossings", _best_crossing),
     Method("wait", "fly to where most targets end and wait there", False, _wait),
     Method("random", "random roads in random directions", False, _random),
 )
@@ -191,3 +259,8 @@ def method_named(name: str) -> Method:
             return method
     names = ", ".join(method.name for method in METHODS)
     raise InputError(f"method {name!r} is unknown; choose one of {names}")
+
+
+def is_pattern(name: str) -> bool:
+    """Tell whether the method of that name, if there is one, is a pilot's pattern."""
+    return any(method.name == name and method.is_pattern for method in METHODS)

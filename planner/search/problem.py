@@ -11,6 +11,7 @@ from planner.arrays import Floats, Ints
 from planner.checked import choice, flag, indices, instance, lengths, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.flight.airspace import Airspace
 from planner.flight.legs import Legs
 from planner.flight.track import Track
 from planner.flight.uav import Uav
@@ -33,8 +34,11 @@ class Problem:
     sensor: Sensor
     objective: Objective
     holdout: Futures | None = None  # other particles to choose plans on; none may be seen yet
+    # many particles that have not been driven by SUMO, to search on before plans are chosen
+    proposals: Futures | None = None
     start: SearchState | None = None  # where the search stands; None: before take-off
     flown: tuple[Track, ...] = ()  # flights of others that are decided; no planner reads them yet
+    airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
 
     def __post_init__(self) -> None:
         kinds = {

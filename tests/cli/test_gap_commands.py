@@ -117,7 +117,7 @@ def test_compare_shows_gaps(run: Commands, tmp_path: Path) -> None:
     for name, row in rows.items():
         if row["why_not"]:
             continue
-        assert row["bound"] == (free if name in ("wait", "anneal-waypoints") else road)
+        assert row["bound"] == (free if name in ("wait", "anneal-waypoints", "cells") else road)
         value = row["planned_expected_detection_time_s"]
         assert row["gap"] == pytest.approx(gap_of(value, row["bound"]))
     with table.open(newline="") as file:

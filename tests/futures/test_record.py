@@ -108,6 +108,8 @@ def one(particles: Particles, k: int) -> Particles:
         gone=particles.gone[[k]],
         target=particles.target[[k]],
         phase_s=particles.phase_s[[k]],
+        stop_s=particles.stop_s[[k]],
+        end_m=particles.end_m[[k]],
     )
 
 

@@ -20,6 +20,7 @@ from planner.mission.plan_file import plan_content, read_plan, write_plan
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support import plan_schema
+from support.drawn_streets import drawn
 from support.instances import figure3, physics_futures
 
 OLD = Path(__file__).parent / "plan_1.json"  # of figure3, by the program before schema 2
@@ -198,3 +199,20 @@ def test_the_published_schema_asks_for_degrees_on_the_earth(tmp_path: Path) -> N
     put("uavs", 0, "waypoints", 1, [0.0, 1.0, 2.0])(content)
     with pytest.raises(jsonschema.ValidationError):
         plan_schema.refuse(content)
+
+
+def test_of_a_loop_the_way_tells_in_which_direction_it_was_flown(tmp_path: Path) -> None:
+    square = [(2e3, 0.0), (2e3, 2e3), (0.0, 2e3)]
+    nodes = {"A": (0.0, 0.0), "B": (-3e3, 0.0)}
+    network, _ = drawn(nodes, {"AA": ("A", "A", square), "AB": ("A", "B", ())})
+    uav = Uav(x_m=0.0, y_m=-500.0, take_off_s=0.0, speed_mps=100.0)
+    somebody = physics_futures(network, [["AA"]], 0.0, 1.0)
+    asked = Problem(network, somebody, uav, Sensor(200.0), Objective(3_600.0))
+    for order in ([0, 2], [1, 2]):
+        plan = plan_of_legs(asked, "by hand", order)
+        evaluation = evaluate(plan.tracks, somebody, asked.sensor, asked.objective)
+        figures = {"planned": evaluation, "evaluated": evaluation, "seed": 1}
+        content = plan_content(plan, asked, **figures)
+        write_plan(tmp_path / "plan.json", content)
+        again = read_plan(tmp_path / "plan.json", network)
+        assert [leg.leg for leg in again.plan.legs[0]] == order

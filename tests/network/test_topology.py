@@ -1,6 +1,9 @@
 """Sources and cycles, against plain walking."""
 
+from dataclasses import replace
+
 import networkx as nx
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -33,6 +36,14 @@ def test_shortest_cycle_is_named() -> None:
 def test_parallel_roads_are_two() -> None:
     network = by_two_letters(PLACES, "AB AB BC")
     assert road_graph(network).number_of_edges() == 3
+
+
+def test_a_road_driven_both_ways_is_a_cycle_and_no_source() -> None:
+    network = by_two_letters({name: PLACES[name] for name in "ABC"}, "AB BC")
+    both = replace(network, both_ways=np.array([False, True]))
+    assert find_cycle(both) == ("BC", "BC")
+    assert names(both, sources(both)) == "A"
+    assert names(both, sources(replace(network, both_ways=np.ones(2, bool)))) == ""
 
 
 @given(nets)

@@ -17,7 +17,7 @@ from planner.errors import OutputError
 from planner.flight.pieces import Piece, pieces
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
-from planner.mission.opening import OpenScenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.road_network import RoadNetwork
 from planner.report.curves import shown_until_s
 from planner.report.figure import axes_at, new_figure
@@ -89,10 +89,8 @@ def test_a_road_flown_often_keeps_all_its_numbers(tmp_path: Path) -> None:
     assert {str(order) for order in range(1, 11)} == set(said)
 
 
-def test_labels_on_many_short_roads_do_not_cover_each_other(
-    tmp_path: Path, berlin: OpenScenario
-) -> None:
-    network = berlin.network
+def test_labels_on_many_short_roads_do_not_cover_each_other(tmp_path: Path) -> None:
+    network = open_scenario("berlin", overrides=["network.road_tolerance_m=0"]).network
     roads = np.random.default_rng(1).integers(0, len(network.road_ids), 120)
     flight = [
         Piece(0, order, int(road), network.shape(road), float(order), order + 1.0)

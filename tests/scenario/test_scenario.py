@@ -389,6 +389,8 @@ ONE_FAULT = [
     ("network={nodes='town.net.xml'}", "network.edges: is missing; give the path"),
     ("network.connections=town.net.xml", "network.connections: goes with nodes and edges only;"),
     ("network.abstract=true", "network.abstract: goes with nodes and edges only;"),
+    ("network.road_tolerance_m=-1", "network.road_tolerance_m: should be at least 0, not -1; give"),
+    ("network.road_tolerance_m=1e-9", "network.road_tolerance_m: should not be 1e-09; give 0,"),
     ("uav.take_off_s=10000", "search.horizon_s: 10000 is not after take-off at 10000 s ("),
     ("search.planning_time_s=3:00:00", "search.horizon_s: 10000 is not after take-off at 10800"),
     ("target.last_seen_ago_s=3:00:00", "search.horizon_s: 10000 is not after take-off at 10800"),

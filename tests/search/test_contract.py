@@ -26,9 +26,11 @@ from support.instances import by_two_letters, figure3, grid, network_of_roads, p
 
 BUDGET = Budget(roads=3, work=9000)
 SEARCHING = ("greedy", "random", "exact")  # the others fly what their rule says
-HOVERING = ("wait", "anneal-waypoints")
+PATTERNS = tuple(method.name for method in METHODS if method.is_pattern)
+HOVERING = ("wait", "anneal-waypoints", "cells", "hover", "best-crossing")
 REVISITING = (
     "anneal-waypoints",
+    "cells",
     "rate",
     "lookahead",
     "best",
@@ -95,10 +97,16 @@ REFUSED = {
     ("exhaustive-shortest", "two_way"),
     ("anneal-waypoints", "short_flight"),  # the sensor only looks along roads
     ("anneal-waypoints", "by_deadline"),
+    *((name, instance) for name in PATTERNS for instance in ("short_flight", "by_deadline")),
+    ("cells", "short_flight"),
+    ("cells", "by_deadline"),
 }
 # Where a method is not meant to do well: those that follow no future come too late from far
-# away, and waiting needs time and one place where targets end.
+# away, and waiting needs time and one place where targets end. Patterns are for towns, not for
+# a few roads of kilometres; only that along main streets follows these.
 NOT_MEANT_FOR = REFUSED | {
+    *((name, one) for name in PATTERNS for one in INSTANCES if name != "main-streets"),
+    ("main-streets", "paper_figure3"),
     ("breadth-first", "two_way"),
     *(("wait", name) for name in INSTANCES if name != "far_grid"),
     ("breadth-first", "by_deadline"),

@@ -1,5 +1,6 @@
 """Orders that fly every road: the paper's example, what it warns of, and its theorem."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -352,3 +353,13 @@ def test_shortest_on_figure3_agrees_with_enumeration() -> None:
     assert keeps_precedence(problem.network, order)
     least_s, movements = best_by_enumeration(problem)
     assert extra(problem, order) == (pytest.approx(least_s), min(movements))
+
+
+def test_roads_driven_both_ways_have_no_order_but_a_search_in_breadth() -> None:
+    places = {"A": (0.0, 0.0), "B": (9e3, 0.0), "C": (9e3, 9e3), "D": (0.0, 9e3)}
+    network = by_two_letters(places, "AB CB CD")
+    problem = problem_on(replace(network, both_ways=np.array([False, True, True])))
+    for planner in PLANNERS:
+        with pytest.raises(NotApplicableError, match="has a cycle: CB CB"):
+            planned(planner, problem)
+    assert names(problem, legs(planned(breadth_first, problem))) == ["AB", "BC", "CD"]

@@ -36,6 +36,9 @@ def test_directions() -> None:
     state = replace(problem.first_state, x_m=15000.0, y_m=0.0)  # at F
     own = candidate_legs(problem, state, directions="own")
     assert own.tolist() == list(range(0, 2 * roads, 2))
+    both_ways = np.arange(roads) == 2
+    driven = problem.replace(network=replace(problem.network, both_ways=both_ways))
+    assert candidate_legs(driven, state, directions="own").tolist() == sorted([*own, 5])
     assert candidate_legs(problem, state).tolist() == list(range(2 * roads))
     near = candidate_legs(problem, state, directions="nearest end")
     ids = problem.network.road_ids

@@ -52,6 +52,8 @@ class Cars(NamedTuple):
     start_m: Floats  # (N,)
     depart_s: Floats  # (N,)
     phase_s: Ints  # (N,)
+    stop_s: Floats  # (N,)
+    end_m: Floats  # (N,)
 
 
 class Roads(NamedTuple):
@@ -251,7 +253,10 @@ def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> tuple[Trace, 
         trace = longer(trace, points + 4 * MOST_PIECES)
         if m > 0:
             place = Place(lines.first_point[line] + 1, 0.0)
-        stretch = Stretch(roads.length_m[line], route.speed_mps[m], route.exit_mps[m])
+        to_m = roads.length_m[line]
+        if m + 1 == count:
+            to_m = max(place.at_m, min(to_m, cars.end_m[k]))
+        stretch = Stretch(to_m, route.speed_mps[m], route.exit_mps[m])
         turn = route.line[m + 1] - edges if line < edges and m + 1 < count else NO_TURN
         if turn != NO_TURN and roads.first_second[turn + 1] > roads.first_second[turn]:
             light = Light(turn, line, cars.phase_s[k])
@@ -301,8 +306,11 @@ def drive_cars(scene: Scene, tolerance_m: float) -> tuple[Knots, Offsets, Change
     for k in range(n):
         if cars.first_edge[k + 1] > cars.first_edge[k] and cars.depart_s[k] <= until_s:
             trace, entered = drive_car(trace, scene, k, route)
-            knots, laid = lay_knots(trace, knots, laid, until_s, tolerance_m)
+            ends_s = min(until_s, cars.stop_s[k])
+            knots, laid = lay_knots(trace, knots, laid, ends_s, tolerance_m)
             changes = more_changes(changes, changed, entered)
+            while entered > 1 and route.entered_s[entered - 1] >= cars.stop_s[k]:
+                entered -= 1
             changed = lay_changes(scene, route, entered, changes, changed)
         first_knot[k + 1], first_change[k + 1] = laid, changed
     return knots, first_knot, changes, first_change

@@ -1,0 +1,1 @@
+"""Compiled code: the only place where numba is used, through `planner.jit`."""

@@ -1,0 +1,233 @@
+"""Where the UAV may fly: around no-fly areas, never beyond the fence; and where it searches.
+
+The one place that knows: planners get their ways from it, and whatever leaves the program is held
+against it. Ways keep `MARGIN_M` clear of what is forbidden, so that a flight written with fewer
+digits still keeps out. They are shortest paths in the visibility graph of the corners of all areas
+(Lozano-Perez and Wesley 1979, "An algorithm for planning collision-free paths among polyhedral
+obstacles").
+"""
+
+import heapq
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from planner.arrays import Flags, Floats
+from planner.errors import InputError
+from planner.flight.track import Track
+from planner.network.road_network import RoadNetwork
+
+Area: TypeAlias = Any  # of shapely: one polygon or several, metres in the net's plane
+Point: TypeAlias = tuple[float, float]  # metres
+
+MARGIN_M = 0.1  # that flights stay clear of what is forbidden; degrees in files are good to 0.001
+SHARPEST = 5.0  # margins: corners sharper than that are cut
+FAR_M = 1e9  # beyond all places that a scenario may name
+STEPS_M = (0.0, 1e-6, 1e-4, 1e-2, 1.0)  # from an edge inwards
+TOUCH_M = 1e-6  # by which rounding may carry a flight over an edge
+
+
+@dataclass(frozen=True, eq=False)
+class Airspace:
+    """No-fly areas, a fence that the UAV never leaves, and where it searches; None: not given."""
+
+    no_fly: Area | None = None
+    fence: Area | None = None
+    within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
+    _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
+    _sight: dict[int, list[int]] = field(default_factory=dict, repr=False)  # corner to corners
+
+    @cached_property
+    def free(self) -> Area:
+        """All that may be flown over, with the margin kept."""
+        import shapely
+
+        if self.fence is None:
+            free = shapely.box(-FAR_M, -FAR_M, FAR_M, FAR_M)
+        else:
+            free = _grown(self.fence, -MARGIN_M)
+        if self.no_fly is not None:
+            free = free.difference(_grown(self.no_fly, MARGIN_M))
+        shapely.prepare(free)
+        return free
+
+    @cached_property
+    def corners(self) -> Floats:
+        """Points at which a shortest path may turn, (K, 2) metres."""
+        import shapely
+
+        points = np.unique(shapely.get_coordinates(self.free), axis=0)
+        return np.asarray(points[np.abs(points).max(axis=1, initial=0.0) < FAR_M])
+
+    def allows(self, place: Point) -> bool:
+        """Tell whether the UAV may be at a place."""
+        import shapely
+
+        return bool(self.free.covers(shapely.Point(place)))
+
+    def forbids(self, place: Point) -> str:
+        """Return why the UAV may not be at a place, in words; empty if it may."""
+        import shapely
+
+        if self.allows(place):
+            return ""
+        near = shapely.Point(place).buffer(MARGIN_M)
+        inside = self.no_fly is not None and self.no_fly.intersects(near)
+        return "in a no-fly area or at its edge" if inside else "outside the fence or at its edge"
+
+    def connects(self, place: Point, other: Point) -> bool:
+        """Tell whether the UAV may fly from one place to another in some way."""
+        import shapely
+
+        return self.allows(place) and bool(self.reach(place).covers(shapely.Point(other)))
+
+    def reach(self, place: Point) -> Area:
+        """Return the part of the free space that can be flown to from a place that is in it."""
+        import shapely
+
+        parts = shapely.get_parts(self.free)
+        return parts[int(np.argmax(shapely.covers(parts, shapely.Point(place))))]
+
+    def searched(self, place: Point) -> Area:
+        """Return the part that can be flown to from a place and is to be searched."""
+        import shapely
+
+        if place not in self._searched:
+            reach = self.reach(place)
+            area = reach if self.within is None else reach.intersection(self.within)
+            shapely.prepare(area)
+            self._searched[place] = area
+        return self._searched[place]
+
+    def nearest_searched(self, places: Floats, start: Point) -> list[Point]:
+        """Return the nearest places to given ones, (k, 2), that are searched from a start."""
+        import shapely
+
+        searched = self.searched(start)
+        inside = shapely.covers(searched, shapely.points(places))
+        return [
+            (float(place[0]), float(place[1])) if kept else _nearest(searched, place) or start
+            for place, kept in zip(places, inside, strict=True)
+        ]
+
+    def roads_searched(self, network: RoadNetwork, place: Point) -> Flags:
+        """Return which roads may be flown and are to be searched by who starts at a place, (R,)."""
+        import shapely
+
+        lines = [shapely.LineString(network.shape(k)) for k in range(len(network.road_ids))]
+        reach = self.reach(place)
+        shapely.prepare(reach)
+        open_ = shapely.covers(reach, lines)
+        if self.within is not None:
+            shapely.prepare(self.within)
+            open_ &= shapely.covers(self.within, lines)
+        return np.asarray(open_, dtype=np.bool_)
+
+    def shortest_path(self, a: Point, b: Point) -> list[Point]:
+        """Return the shortest way from one place to another, its points with both ends.
+
+        Raises
+        ------
+        InputError
+            If there is none: a place is forbidden, or cut off.
+        """
+        if self._sees(a, [b])[0]:
+            return [a, b]
+        path = self._around(a, b)
+        if path is None:
+            raise InputError(
+                f"airspace: there is no way from ({a[0]:.8g}, {a[1]:.8g}) to "
+                f"({b[0]:.8g}, {b[1]:.8g}) m; correct the areas, or the places"
+            )
+        return path
+
+    def refuse(self, track: Track) -> None:
+        """Do nothing if a flight keeps to the airspace.
+
+        Raises
+        ------
+        InputError
+            If it flies through a no-fly area, or leaves the fence.
+        """
+        import shapely
+
+        line = shapely.LineString(_twice(np.stack([track.x_m, track.y_m], axis=1)))
+        if self.no_fly is not None and line.intersects(_grown(self.no_fly, -TOUCH_M)):
+            raise InputError("the flight leads through a no-fly area of [airspace]; plan again")
+        if self.fence is not None and not _grown(self.fence, TOUCH_M).covers(line):
+            raise InputError("the flight leaves the fence of [airspace]; plan again")
+
+    def _around(self, a: Point, b: Point) -> list[Point] | None:
+        """Return the shortest way by corners, by A*; ties go to the corner that comes first."""
+        corners = [(float(x), float(y)) for x, y in self.corners]
+        ends = {k for k, seen in enumerate(self._sees(b, corners)) if seen}
+        least, before = [math.inf] * len(corners), [-1] * len(corners)
+        reached: list[tuple[float, float, int]] = []
+
+        def reach(k: int, length_m: float, from_: int) -> None:
+            if length_m < least[k]:
+                least[k], before[k] = length_m, from_
+                heapq.heappush(reached, (length_m + math.dist(corners[k], b), length_m, k))
+
+        for k in np.flatnonzero(self._sees(a, self.corners)).tolist():
+            reach(k, math.dist(a, corners[k]), -1)
+        best: tuple[float, int] | None = None
+        while reached and (best is None or reached[0][0] < best[0]):
+            bound_m, length_m, k = heapq.heappop(reached)
+            if length_m > least[k]:
+                continue
+            if k in ends and (best is None or bound_m < best[0]):
+                best = bound_m, k
+            for other in self._seen_from(k):
+                reach(other, length_m + math.dist(corners[k], corners[other]), k)
+        return None if best is None else [a, *_back(best[1], before, corners), b]
+
+    def _seen_from(self, corner: int) -> list[int]:
+        if corner not in self._sight:
+            x_m, y_m = self.corners[corner].tolist()
+            seen = self._sees((x_m, y_m), self.corners)
+            self._sight[corner] = np.flatnonzero(seen).tolist()
+        return self._sight[corner]
+
+    def _sees(self, place: Point, others: Floats | Sequence[Point]) -> Flags:
+        """Return to which other places the UAV may fly straight, (k,)."""
+        import shapely
+
+        to = np.asarray(others, dtype=np.float64).reshape(-1, 2)
+        ways = np.stack([np.broadcast_to(np.asarray(place, np.float64), to.shape), to], axis=1)
+        return np.asarray(shapely.covers(self.free, shapely.linestrings(ways)), dtype=np.bool_)
+
+
+def _back(last: int, before: Sequence[int], corners: Sequence[Point]) -> Iterable[Point]:
+    way = []
+    while last >= 0:
+        way.append(corners[last])
+        last = before[last]
+    return reversed(way)
+
+
+def _nearest(area: Area, place: Floats) -> Point | None:
+    """Return a place in an area near to one outside; None if it is too thin to find any."""
+    import shapely
+
+    edge = np.array(shapely.shortest_line(shapely.Point(place), area).coords[-1])
+    onward = (edge - place) / np.hypot(*(edge - place))
+    for step_m in STEPS_M:  # the edge itself is rounded
+        x_m, y_m = (edge + step_m * onward).tolist()
+        if area.covers(shapely.Point(x_m, y_m)):
+            return x_m, y_m
+    return None
+
+
+def _grown(area: Area, by_m: float) -> Area:
+    """Return an area with its edges moved outwards, its corners still corners."""
+    return area.buffer(by_m, join_style="mitre", mitre_limit=SHARPEST)
+
+
+def _twice(points: Floats) -> Floats:
+    """Return at least two points: a line needs them."""
+    return points if len(points) > 1 else np.repeat(points, 2, axis=0)

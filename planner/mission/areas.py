@@ -1,0 +1,52 @@
+"""The airspace of a scenario, on its network."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from planner.errors import Fault, InputError
+from planner.flight.airspace import Airspace, Area, Point
+from planner.flight.areas import area_of_file, area_of_points
+from planner.network.road_network import RoadNetwork
+from planner.scenario.sections import AirspaceSection
+
+
+def airspace_of(
+    section: AirspaceSection | None, folder: Path, network: RoadNetwork
+) -> tuple[Airspace | None, list[Fault]]:
+    """Return a scenario's airspace on its network, None where nothing is said, and its faults."""
+    areas: dict[str, Area] = {}
+    faults: list[Fault] = []
+    given = section.model_dump(exclude_none=True) if section else {}
+    for key, value in given.items():
+        try:
+            if isinstance(value, str):
+                areas[key] = area_of_file(_file(folder, value), network)
+            else:
+                areas[key] = area_of_points(value, network)
+        except InputError as error:
+            named = f"{value}: " if isinstance(value, str) else ""
+            faults.append(Fault(f"airspace.{key}", f"{named}{error}"))
+    return (Airspace(**areas) if areas and not faults else None), faults
+
+
+def _file(folder: Path, name: str) -> Path:
+    path = folder / name
+    if "\0" in name or not path.is_file():
+        raise InputError(f"there is no file {path}; correct the path")
+    return path
+
+
+def place_faults(
+    airspace: Airspace, network: RoadNetwork, start: Point, home: Point | None
+) -> Iterator[Fault]:
+    """Yield what is wrong with where the UAV starts and lands, and with what is left to search."""
+    why = airspace.forbids(start)
+    if why:
+        yield Fault("uav.start", f"lies {why}; start elsewhere, or correct [airspace]")
+        return
+    if home is not None and (why := airspace.forbids(home)):
+        yield Fault("uav.return_to", f"lies {why}; land elsewhere, or correct [airspace]")
+    elif home is not None and not airspace.connects(start, home):
+        yield Fault("uav.return_to", "cannot be flown to within [airspace]; land elsewhere")
+    if not airspace.roads_searched(network, start).any():
+        yield Fault("airspace", "leaves no road to be searched; correct its areas")

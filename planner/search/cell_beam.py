@@ -1,0 +1,49 @@
+"""The best of some free flights that beams over a space-time cell index find."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.detection.evaluate import evaluate
+from planner.flight.plan import Plan
+from planner.search.anneal_waypoints import SHARES_HUNTED, with_patrol
+from planner.search.beam import holdout_value
+from planner.search.cell_flights import FreeFlight
+from planner.search.dashes import portfolio
+from planner.search.plan import needs_open_country, plan_of_waypoints
+from planner.search.problem import Budget, Problem
+from planner.search.result import SearchLog, SearchResult
+
+NEARLY_ALL = 0.9  # of the particles are seen: what remains may be on patrol
+
+
+def cells(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
+    """Return the plan of the best free flight; the holdout chooses between those behind dashes.
+
+    Flights are made on the problem's proposals if there are any, else on its particles.
+
+    Raises
+    ------
+    NotApplicableError
+        If the sensor only looks along roads.
+    """
+    needs_open_country(problem, "cells")
+    log = SearchLog(problem, budget)
+    flights, work = portfolio(problem, budget.work, stop=log.stop, reached=log.reached)
+    plans = free_plans(problem, flights, "cells")
+    chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
+    log.reached(holdout_value(problem, chosen), work)
+    return log.result(chosen)
+
+
+def free_plans(problem: Problem, flights: Sequence[FreeFlight], method: str) -> list[Plan]:
+    """Return the plans that fly free flights; also such that patrol roads once most is seen."""
+    ways = [flight.waypoints for flight in flights]
+    plans = [plan_of_waypoints(problem, method, way) for way in ways]
+    everyone = problem.weight_at_start.sum()
+    for way, plan in zip(ways, tuple(plans), strict=True):
+        seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
+        if problem.weight_at_start[np.isfinite(seen_at)].sum() >= NEARLY_ALL * everyone:
+            hunted = [with_patrol(problem, way, share) for share in SHARES_HUNTED]
+            plans += [plan_of_waypoints(problem, method, other) for other in hunted]
+    return plans

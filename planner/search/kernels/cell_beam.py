@@ -1,0 +1,253 @@
+"""A beam of free flights, compiled: states of the same tick compete with each other.
+
+A state is a place and a time to which a chain of straight flights leads, and what they have seen.
+From each state that goes on, rays are flown: in evenly spread headings, towards places such as
+nodes, and none at all, which is to hover. A ray that is flown once gives a new state at each of
+several lengths. States wait in chains by tick; of those about as near to each other as the sensor
+reaches only the one that has earned most goes on.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.detection.kernels.closest_approach import Window
+from planner.jit import compiled
+from planner.search.kernels.beam import with_a_free_slot
+from planner.search.kernels.cell_index import SEEN, CellIndex, look
+from planner.search.kernels.motion import Course
+from planner.search.kernels.what_if import reward_of
+
+PARENT, NEXT, SLOT = 0, 1, 2  # NEXT: in the tick's chain; SLOT: of the unseen's bits
+TIME, X, Y, REWARD, UNSEEN = 0, 1, 2, 3, 4  # UNSEEN: weight of the particles not seen
+KNOWN, SLOTS, BEST, RAYS = 0, 1, 2, 3  # states known, slots used, the best state, rays flown
+
+SAME = 1e-9  # of a reward: less is none
+
+
+class CellStates(NamedTuple):
+    """The states known so far, with room for more: M in all; one bit says who is unseen."""
+
+    links: Ints  # (3, M) rows PARENT, NEXT, SLOT; -1: none
+    figures: Floats  # (5, M) rows TIME (s), X, Y (m), REWARD, UNSEEN
+    masks: Ints  # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each
+    heads: Ints  # (T,) the first state of each tick's chain, -1: none
+    counts: Ints  # (4,) KNOWN, SLOTS, BEST, RAYS
+
+
+class Rays(NamedTuple):
+    """The rays that are flown from each state."""
+
+    velocity: Floats  # (D, 2) m/s; 0, 0: hovers
+    stops: Ints  # (L,) after how many ticks of a ray a state is made, rising
+    places: Floats  # (V, 2) metres, flown to as well where a ray of that length leads there
+    speed_mps: float
+
+
+class Field(NamedTuple):
+    """Where and until when may be flown."""
+
+    low_x_m: float
+    low_y_m: float
+    high_x_m: float
+    high_y_m: float
+    home_x_m: float  # where the UAV has to land; infinity: anywhere
+    home_y_m: float
+    landing_s: float  # by when it has to land
+    ends_s: float  # when sightings cease to count
+
+
+class Crowd(NamedTuple):
+    """Which states of a tick go on."""
+
+    width: int  # at most so many
+    apart_m: float  # one in each square of this size
+    wide_m: float  # and no more than ``dense`` in each of this one
+    dense: int
+
+
+class Setting(NamedTuple):
+    """What a beam moves in."""
+
+    cells: CellIndex
+    rays: Rays
+    field: Field
+    crowd: Crowd
+
+
+@compiled
+def pack_unseen(seen_in: Ints, mask: Ints) -> None:
+    """Write into bits, (ceil(N / 8),) bytes, who is not ``SEEN``, (N,)."""
+    for b in range(len(mask)):
+        bits = 0
+        for j in range(min(8, len(seen_in) - 8 * b)):
+            bits |= (seen_in[8 * b + j] != SEEN) << j
+        mask[b] = bits
+
+
+@compiled
+def unpack_unseen(mask: Ints, seen_in: Ints) -> None:
+    """Write 0 for whoever's bit is set, else ``SEEN``, (N,)."""
+    for b in range(len(mask)):
+        for j in range(min(8, len(seen_in) - 8 * b)):
+            seen_in[8 * b + j] = 0 if (mask[b] >> j) & 1 else SEEN
+
+
+@compiled
+def has_room(i: int, kept: Ints, figures: Floats, crowd: Crowd) -> bool:
+    """Tell whether a state may go on beside those that do so already."""
+    x, y, near = figures[X, i], figures[Y, i], 0
+    apart_m, wide_m = crowd.apart_m, crowd.wide_m
+    for other in kept:
+        u, v = figures[X, other], figures[Y, other]
+        near += u // wide_m == x // wide_m and v // wide_m == y // wide_m
+        if u // apart_m == x // apart_m and v // apart_m == y // apart_m:
+            return False
+    return bool(near < crowd.dense)
+
+
+@compiled
+def chosen(tick: int, states: CellStates, crowd: Crowd) -> Ints:
+    """Return the states of a tick that go on, those that have earned most first.
+
+    Equal reward is settled by the order in which states came to be.
+    """
+    links, figures = states.links, states.figures
+    many, i = 0, states.heads[tick]
+    while i >= 0:
+        many += 1
+        i = links[NEXT, i]
+    mine, lacks = np.empty(many, np.int32), np.empty(many)
+    i = states.heads[tick]
+    for j in range(many - 1, -1, -1):
+        mine[j], lacks[j] = i, -figures[REWARD, i]
+        i = links[NEXT, i]
+    kept, count = np.empty(min(crowd.width, many), np.int32), 0
+    for j in np.argsort(lacks, kind="mergesort"):
+        if count == len(kept):
+            break
+        if has_room(mine[j], kept[:count], figures, crowd):
+            kept[count] = mine[j]
+            count += 1
+    return kept[:count]
+
+
+@compiled
+def course_between(i: int, to: int, figures: Floats) -> Course:
+    """Return the straight flight from one state to another."""
+    lasts_s = figures[TIME, to] - figures[TIME, i]
+    vx, vy = (figures[X, to] - figures[X, i]) / lasts_s, (figures[Y, to] - figures[Y, i]) / lasts_s
+    return Course(figures[X, i], figures[Y, i], vx, vy, figures[TIME, i])
+
+
+@compiled
+def note_unseen(i: int, states: CellStates, index: CellIndex, seen_in: Ints) -> None:
+    """Find out whom a state has not seen: its parent's, less those of the flight from there."""
+    links, figures, parent = states.links, states.figures, states.links[PARENT, i]
+    if parent < 0:
+        unpack_unseen(states.masks[links[SLOT, i]], seen_in)
+        return
+    unpack_unseen(states.masks[links[SLOT, parent]], seen_in)
+    span = Window(figures[TIME, parent], figures[TIME, i])
+    look(course_between(parent, i, figures), span, index, seen_in, int(SEEN))
+
+
+@compiled
+def with_room(count: int, links: Ints, figures: Floats) -> tuple[Ints, Floats]:
+    """Return the same states with room for ``count`` at least."""
+    many = links.shape[1]
+    if count <= many:
+        return links, figures
+    more_links = np.full((3, 2 * count), -1, dtype=np.int32)
+    more_figures = np.empty((5, 2 * count))
+    more_links[:, :many], more_figures[:, :many] = links, figures
+    return more_links, more_figures
+
+
+@compiled
+def is_within(x: float, y: float, moment_s: float, speed_mps: float, field: Field) -> bool:
+    """Tell whether a flight may end at a place and time: it lies in the field, home is in reach."""
+    if not (field.low_x_m <= x <= field.high_x_m and field.low_y_m <= y <= field.high_y_m):
+        return False
+    if moment_s > field.ends_s or moment_s > field.landing_s:
+        return False
+    if not field.home_x_m < np.inf:
+        return True
+    dx, dy = field.home_x_m - x, field.home_y_m - y
+    return bool(moment_s + np.sqrt(dx * dx + dy * dy) / speed_mps <= field.landing_s)
+
+
+@compiled
+def fly_ray(
+    course: Course, lasts_s: float, i: int, states: CellStates, seen_in: Ints, setting: Setting
+) -> None:
+    """Fly straight on from a state; make a new state after some of the ticks, and at the end."""
+    links, figures, _, heads, counts = states
+    index, rays = setting.cells, setting.rays
+    x, y, vx, vy, begin_s = course
+    ticks, number, tick_s = index.ticks, counts[RAYS] + 1, index.ticks.lasts_s
+    counts[RAYS] = number
+    reward, unseen, stop, done, now_s = figures[REWARD, i], figures[UNSEEN, i], 0, 0, begin_s
+    over_s = begin_s + lasts_s
+    while now_s < over_s:
+        done += 1
+        until_s = min(begin_s + done * tick_s, over_s)
+        new_x, new_y = x + vx * (until_s - begin_s), y + vy * (until_s - begin_s)
+        if not is_within(new_x, new_y, until_s, rays.speed_mps, setting.field):
+            break
+        gain = look(course, Window(now_s, until_s), index, seen_in, number)
+        reward, unseen, now_s = reward + gain.reward, unseen - gain.weight, until_s
+        if done < rays.stops[stop] and until_s < over_s:
+            continue
+        stop += 1
+        new = counts[KNOWN]
+        counts[KNOWN] += 1
+        links[PARENT, new], links[SLOT, new] = i, -1
+        figures[TIME, new], figures[X, new], figures[Y, new] = until_s, new_x, new_y
+        figures[REWARD, new], figures[UNSEEN, new] = reward, max(0.0, unseen)
+        at = int((until_s - ticks.begin_s) / tick_s + 1e-6)
+        if at < len(heads):
+            links[NEXT, new], heads[at] = heads[at], new
+        if reward > figures[REWARD, counts[BEST]] * (1.0 + SAME):
+            counts[BEST] = new
+
+
+@compiled
+def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
+    """Fly all rays from a state."""
+    figures, rays = states.figures, setting.rays
+    now_s, x, y = figures[TIME, i], figures[X, i], figures[Y, i]
+    longest_s = rays.stops[-1] * setting.cells.ticks.lasts_s
+    for d in range(len(rays.velocity)):
+        course = Course(x, y, rays.velocity[d, 0], rays.velocity[d, 1], now_s)
+        fly_ray(course, longest_s, i, states, seen_in, setting)
+    for p in range(len(rays.places)):
+        dx, dy = rays.places[p, 0] - x, rays.places[p, 1] - y
+        lasts_s = np.sqrt(dx * dx + dy * dy) / rays.speed_mps
+        if 1e-6 < lasts_s <= longest_s:
+            course = Course(x, y, dx / lasts_s, dy / lasts_s, now_s)
+            fly_ray(course, lasts_s, i, states, seen_in, setting)
+
+
+@compiled
+def grow_tick(tick: int, states: CellStates, setting: Setting) -> CellStates:
+    """Let the chosen states of a tick fly on along all rays; return the states then known."""
+    links, figures, masks, heads, counts = states
+    rays, goal = setting.rays, setting.cells.goal
+    most_new = (len(rays.velocity) + len(rays.places)) * (len(rays.stops) + 1)
+    seen_in = np.empty(len(setting.cells.weight), np.int32)
+    for i in chosen(tick, states, setting.crowd):
+        most = figures[REWARD, i] + figures[UNSEEN, i] * reward_of(figures[TIME, i], goal)
+        if most <= figures[REWARD, counts[BEST]] * (1.0 + SAME) and i > 0:
+            continue
+        now = CellStates(links, figures, masks, heads, counts)
+        note_unseen(i, now, setting.cells, seen_in)
+        if links[SLOT, i] < 0:
+            masks = with_a_free_slot(masks, counts[SLOTS])
+            links[SLOT, i] = counts[SLOTS]
+            pack_unseen(seen_in, masks[counts[SLOTS]])
+            counts[SLOTS] += 1
+        links, figures = with_room(counts[KNOWN] + most_new, links, figures)
+        fly_on(i, CellStates(links, figures, masks, heads, counts), seen_in, setting)
+    return CellStates(links, figures, masks, heads, counts)
