@@ -5,12 +5,15 @@ landing and the reserve together never exceed what the battery lasts.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats
 from planner.flight.law import FlightLaw, TimedFlight, timed
+from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
+from planner.flight.track import Track
 
 OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
 TURNS = 1.5  # stops to turn for home: braking there, and accelerating and braking on the way
@@ -50,7 +53,8 @@ def track_points(xy_m: Floats, flight: TimedFlight, law: FlightLaw) -> tuple[Flo
         after_s, along_m = _motion(first, cruise, second, law, float(_length(xy_m, leg)))
         share = (along_m / along_m[-1])[:, None]
         times.append(flight.leaves_s[leg] + after_s)
-        places.append(xy_m[leg] + share * (xy_m[leg + 1] - xy_m[leg]))
+        on_way = xy_m[leg] + share[:-1] * (xy_m[leg + 1] - xy_m[leg])
+        places += [on_way, xy_m[leg + 1 : leg + 2]]
     if flight.leaves_s[-1] > flight.arrives_s[-1]:
         times.append(flight.leaves_s[-1:])
         places.append(xy_m[-1:])
@@ -139,3 +143,82 @@ def _cut(
     times_s, places = track
     here = [np.interp(turn_s, times_s, column) for column in places.T]
     return np.vstack([kept, here]), np.append(holds, 0.0)
+
+
+def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float) -> Plan:
+    """Return a plan as a real aircraft flies it: timed by the law, and home in time.
+
+    Its tracks begin with lift-off, and end on the ground if there is a place to land. The sensor
+    is on from when the aircraft is at its height. Roads that it has to leave out are left out.
+
+    Parameters
+    ----------
+    planned_mps
+        The even speed that the plan was made with; what is slower in it is hovering.
+    """
+    flown = [
+        _track_flown(_line(track, planned_mps), float(track.time_s[0]), legs, (law, battery))
+        for track, legs in zip(plan.tracks, plan.legs, strict=True)
+    ]
+    tracks, legs = zip(*flown, strict=True)
+    return replace(plan, tracks=tracks, legs=legs)
+
+
+def _track_flown(
+    line: "_Line", take_off_s: float, legs: tuple[FlownLeg, ...], how: tuple[FlightLaw, Battery]
+) -> tuple[Track, tuple[FlownLeg, ...]]:
+    law, battery = how
+    up_s, xy_m, hold_s = take_off_s + law.climb_s, line.xy_m, line.hold_s
+    if len(xy_m) > 1:
+        xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
+    flight = timed(xy_m, hold_s, law)
+    after_s, places = track_points(xy_m, flight, law)
+    times_s = up_s + after_s
+    sensor_on = np.array([[up_s, times_s[-1]]])
+    if law.climb_s > 0.0:
+        times_s, places = np.append(take_off_s, times_s), np.vstack([places[:1], places])
+    if battery.home_m is not None and law.descend_s > 0.0:
+        times_s = np.append(times_s, times_s[-1] + law.descend_s)
+        places = np.vstack([places, places[-1:]])
+    track = Track(times_s, places[:, 0], places[:, 1], sensor_on)
+    return track, _legs_flown(line, legs, up_s, (xy_m, flight))
+
+
+def _legs_flown(
+    line: "_Line", legs: tuple[FlownLeg, ...], up_s: float, flown: tuple[Floats, TimedFlight]
+) -> tuple[FlownLeg, ...]:
+    """Return the legs that are flown to their ends: what was planned at a place is done there."""
+    xy_m, flight = flown
+    many = min(len(xy_m), len(line.xy_m))
+    same = np.all(xy_m[:many] == line.xy_m[:many], axis=1)
+    kept = int(np.argmin(np.append(same, False)))
+    planned_s = np.stack([line.time_s, line.time_s + line.hold_s], axis=1)[:kept].ravel()
+    flown_s = up_s + np.stack([flight.arrives_s, flight.leaves_s], axis=1)[:kept].ravel()
+
+    def at(*times_s: float) -> list[float]:
+        return [float(one) for one in np.interp(times_s, planned_s, flown_s)]
+
+    return tuple(
+        FlownLeg(leg.leg, *at(leg.depart_s, leg.start_s, leg.end_s))
+        for leg in legs
+        if len(planned_s) and leg.end_s <= planned_s[-1] + ROUNDING_S
+    )
+
+
+class _Line(NamedTuple):
+    """The waypoints of a planned track."""
+
+    time_s: Floats  # (W,) seconds, when it was planned to arrive
+    xy_m: Floats  # (W, 2) metres
+    hold_s: Floats  # (W,) seconds of hovering there
+
+
+def _line(track: Track, planned_mps: float) -> _Line:
+    xy_m = np.stack([track.x_m, track.y_m], axis=1)
+    moved_m = np.hypot(*np.diff(xy_m, axis=0).T)
+    moves = np.append(True, moved_m > 0.0)
+    waits_s = np.append(0.0, np.diff(track.time_s) - moved_m / planned_mps)
+    waits_s[waits_s < ROUNDING_S] = 0.0
+    hold_s = np.zeros(int(moves.sum()))
+    np.add.at(hold_s, np.cumsum(moves) - 1, waits_s)
+    return _Line(track.time_s[moves], xy_m[moves], hold_s)

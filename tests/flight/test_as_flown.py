@@ -8,8 +8,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from planner.flight.as_flown import OFF_M, Battery, home_in_time, track_points
+from planner.flight.as_flown import OFF_M, Battery, as_flown, home_in_time, track_points
 from planner.flight.law import FlightLaw, timed
+from planner.flight.plan import Plan
+from planner.flight.track import Track
+from planner.search.plan import plan_of_legs
+from support.search_instances import random_problem
 
 PLACES = st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=2, max_size=12)
 LAWS = st.builds(
@@ -113,3 +117,47 @@ def test_it_leaves_off_hovering_in_time() -> None:
     line, holds = home_in_time(xy_m, np.array([0.0, 500.0, 0.0]), law, battery)
     assert line.tolist() == [[0.0, 0.0], [100.0, 0.0], [0.0, 0.0]]
     assert holds.tolist() == pytest.approx([0.0, 60.0, 0.0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_ideal_aircraft_flies_the_plan_as_it_is(seed: int) -> None:
+    problem = random_problem(seed)
+    plan = plan_of_legs(problem, "any", [0, 5, 3, 3, 2])
+    speed = problem.uav.speed_mps
+    flown = as_flown(plan, FlightLaw(speed), Battery(), planned_mps=speed)
+    (track,), (legs,) = flown.tracks, flown.legs
+    (planned,) = plan.tracks
+    for column in ("time_s", "x_m", "y_m"):
+        assert getattr(track, column) == pytest.approx(getattr(planned, column))
+    assert [leg.leg for leg in legs] == [leg.leg for leg in plan.legs[0]]
+    assert [leg.end_s for leg in legs] == pytest.approx([leg.end_s for leg in plan.legs[0]])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_real_one_is_on_its_roads_when_it_says_so_and_home_in_time(seed: int) -> None:
+    problem = random_problem(seed)
+    plan = plan_of_legs(problem, "any", [0, 5, 3, 3, 2])
+    speed, uav = problem.uav.speed_mps, problem.uav
+    law = FlightLaw(speed, 1.4, 2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=100.0)
+    lasts_s = 0.7 * (plan.end_s - plan.take_off_s) + 300.0
+    battery = Battery(lasts_s, 60.0, (uav.x_m, uav.y_m), 5.0)
+    flown = as_flown(plan, law, battery, planned_mps=speed)
+    (track,), (legs,) = flown.tracks, flown.legs
+    assert track.time_s[-1] - track.time_s[0] <= lasts_s - 60.0 + 1e-6
+    assert (track.x_m[-1], track.y_m[-1]) == (uav.x_m, uav.y_m)
+    assert track.sensor_on[0].tolist() == [uav.take_off_s + 40.0, track.time_s[-1] - law.descend_s]
+    assert len(legs) < 5
+    for leg, planned in zip(legs, plan.legs[0], strict=False):
+        for flown_s, planned_s in zip(
+            (leg.start_s, leg.end_s), (planned.start_s, planned.end_s), strict=True
+        ):
+            assert flown_s > planned_s
+            here = plan.tracks[0].xy(planned_s)
+            assert track.xy(flown_s) == pytest.approx(here, abs=0.02)
+
+
+def test_what_is_slower_than_planned_speed_is_hovering() -> None:
+    track = Track([0.0, 10.0, 40.0, 60.0], [0.0, 100.0, 100.0, 200.0], [0.0] * 4, [[0.0, 60.0]])
+    law = FlightLaw(20.0)
+    flown = as_flown(Plan("x", (track,), ((),)), law, Battery(), planned_mps=10.0)
+    assert flown.tracks[0].time_s.tolist() == [0.0, 5.0, 35.0, 40.0, 50.0]
