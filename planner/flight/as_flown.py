@@ -148,8 +148,9 @@ def _cut(
 def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float) -> Plan:
     """Return a plan as a real aircraft flies it: timed by the law, and home in time.
 
-    Its tracks begin with lift-off, and end on the ground if there is a place to land. The sensor
-    is on from when the aircraft is at its height. Roads that it has to leave out are left out.
+    A plan begins when the aircraft is at its height; as flown it begins with lift-off before that,
+    and ends on the ground if there is a place to land. The sensor is on at height. Roads that it
+    has to leave out are left out.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
         The even speed that the plan was made with; what is slower in it is hovering.
     """
     flown = [
-        _track_flown(_line(track, planned_mps), float(track.time_s[0]), legs, (law, battery))
+        _track_flown(_line(track, planned_mps), legs, law, battery)
         for track, legs in zip(plan.tracks, plan.legs, strict=True)
     ]
     tracks, legs = zip(*flown, strict=True)
@@ -165,10 +166,9 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
 
 
 def _track_flown(
-    line: "_Line", take_off_s: float, legs: tuple[FlownLeg, ...], how: tuple[FlightLaw, Battery]
+    line: "_Line", legs: tuple[FlownLeg, ...], law: FlightLaw, battery: Battery
 ) -> tuple[Track, tuple[FlownLeg, ...]]:
-    law, battery = how
-    up_s, xy_m, hold_s = take_off_s + law.climb_s, line.xy_m, line.hold_s
+    up_s, xy_m, hold_s = float(line.time_s[0]), line.xy_m, line.hold_s
     if len(xy_m) > 1:
         xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
     flight = timed(xy_m, hold_s, law)
@@ -176,7 +176,8 @@ def _track_flown(
     times_s = up_s + after_s
     sensor_on = np.array([[up_s, times_s[-1]]])
     if law.climb_s > 0.0:
-        times_s, places = np.append(take_off_s, times_s), np.vstack([places[:1], places])
+        times_s = np.append(up_s - law.climb_s, times_s)
+        places = np.vstack([places[:1], places])
     if battery.home_m is not None and law.descend_s > 0.0:
         times_s = np.append(times_s, times_s[-1] + law.descend_s)
         places = np.vstack([places, places[-1:]])

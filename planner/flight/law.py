@@ -71,6 +71,19 @@ class FlightLaw:
         return math.sqrt(self.acceleration_mps2 * self.corner_m * half / (1.0 - half))
 
 
+@dataclass(frozen=True)
+class Aircraft:
+    """A real aircraft: how it flies, and what it has to keep for the way home."""
+
+    law: FlightLaw
+    reserve_s: float = 0.0  # of its time in the air, that is left when it lands
+    headwind_mps: float = 0.0  # against which it has to come home
+
+    def __post_init__(self) -> None:
+        names = ("reserve_s", "headwind_mps")
+        set_fields(self, {name: number(name, getattr(self, name), least=0.0) for name in names})
+
+
 @dataclass(frozen=True, eq=False)
 class TimedFlight(Frozen):
     """When an aircraft is at its waypoints; W of them, at its height from the first to the last."""

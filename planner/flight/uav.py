@@ -7,6 +7,7 @@ import numpy as np
 
 from planner.checked import number, set_fields
 from planner.errors import InputError
+from planner.flight.law import Aircraft
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class Uav:
     altitude_m: float = 0.0  # above ground; carried through to plan.json
     max_flight_time_s: float = np.inf
     return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
+    # What its plans are timed by in the end; None: it is the paper's, at full speed at once
+    aircraft: Aircraft | None = None
 
     def __post_init__(self) -> None:
         names = ("x_m", "y_m", "take_off_s", "altitude_m")

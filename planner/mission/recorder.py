@@ -20,6 +20,8 @@ from planner.futures.futures import Futures
 from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import HERE, Backend
+from planner.mission.aircraft import aircraft_of
+from planner.mission.flyable import planned_to_fly
 from planner.mission.opening import OpenScenario
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
@@ -173,6 +175,7 @@ def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None 
         altitude_m=scenario.uav.altitude_m,
         max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
         return_to_m=opened.return_to_m,
+        aircraft=aircraft_of(scenario.uav),
     )
     sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
     search = scenario.search
@@ -213,11 +216,15 @@ def make_plan(
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _planner(method, opened, recorder)
     budget = budget or budget_of(opened)
-    if problem.airspace is None:
-        return planner(problem, budget=budget, rng=rng)
-    searched, roads = searched_problem(problem)
-    found = planner(searched, budget=budget, rng=rng)
-    return replace(found, plan=named_as_before(found.plan, roads))
+
+    def search(asked: Problem) -> SearchResult:
+        if asked.airspace is None:
+            return planner(asked, budget=budget, rng=rng)
+        searched, roads = searched_problem(asked)
+        found = planner(searched, budget=budget, rng=rng)
+        return replace(found, plan=named_as_before(found.plan, roads))
+
+    return search(problem) if problem.uav.aircraft is None else planned_to_fly(search, problem)
 
 
 def budget_of(opened: OpenScenario) -> Budget:

@@ -121,6 +121,28 @@ def _going_faults(key: str, section: TargetSection) -> Iterator[Fault]:
         yield Fault(f"{key}.speed_drawn", text)
 
 
+def uav_faults(uav: UavSection) -> Iterator[Fault]:
+    """Yield what an aircraft cannot do with what is said of it."""
+    if uav.corner_m is not None and uav.acceleration_mps2 is None:
+        text = "says nothing without uav.acceleration_mps2; give both"
+        yield Fault("uav.corner_m", text)
+    if uav.acceleration_mps2 is not None and uav.corner_m is None:
+        text = "says nothing without uav.corner_m; give both, such as corner_m = 2"
+        yield Fault("uav.acceleration_mps2", text)
+    if uav.wind is not None and uav.wind.speed_mps >= uav.speed_mps:
+        text = f"is no slower than the UAV, {as_written(uav.speed_mps)} m/s, which drifts away"
+        yield Fault("uav.wind.speed_mps", f"{text}; wait for less wind")
+    if uav.reserve_s is not None and uav.max_flight_time_s is None:
+        text = "is a part of uav.max_flight_time_s, which is not given; give both"
+        yield Fault("uav.reserve_s", text)
+    elif uav.max_flight_time_s is not None and uav.spent_s >= uav.max_flight_time_s:
+        yield Fault(
+            "uav.max_flight_time_s",
+            f"{as_written(uav.max_flight_time_s)} s leaves no time to search: climb, descent and "
+            f"reserve take {as_written(round(uav.spent_s, 1))} s",
+        )
+
+
 def horizon_faults(
     target: TargetSection, uav: UavSection, search: SearchSection
 ) -> Iterator[Fault]:

@@ -171,6 +171,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return [*choice, *checks.missing_files(section, folder)]
     if isinstance(section, TargetSection):
         return list(checks.target_faults(key, section, folder))
+    if isinstance(section, UavSection):
+        return list(checks.uav_faults(section))
     return []
 
 

@@ -79,6 +79,7 @@ PositiveSeconds = Annotated[
 Moment = Annotated[AwareDatetime, BeforeValidator(moment)]
 Tick = Annotated[Seconds, at_least(SHORTEST_S, "s", or_zero=True)]
 UavSpeed = Annotated[Positive, Field(le=1e5), at_least(0.01, "m/s")]
+UavRate = Annotated[Positive, Field(le=1e5), at_least(0.01, "of that unit")]
 Radius = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
 Tolerance = Annotated[Positive, Field(le=FARTHEST_M), at_least(1e-3, "m")]
 RoadTolerance = Annotated[Finite, Field(ge=0, le=FARTHEST_M), at_least(1e-3, "m", or_zero=True)]
@@ -348,6 +349,13 @@ UavStart = Annotated[
     Annotated[PointStart, Tag("~PointStart")] | Annotated[NodeStart, Tag("~NodeStart")],
     Discriminator(_place_form),
 ]
+
+
+class Wind(Section):
+    """The wind at the height of flight, the same everywhere."""
+
+    speed_mps: NotNegative = Field(description="its speed in m/s, such as 5")
+    from_deg: Finite = Field(description="the compass direction it comes from, such as 270: west")
 
 
 class NodeLanding(Section):

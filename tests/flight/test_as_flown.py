@@ -145,7 +145,8 @@ def test_a_real_one_is_on_its_roads_when_it_says_so_and_home_in_time(seed: int) 
     (track,), (legs,) = flown.tracks, flown.legs
     assert track.time_s[-1] - track.time_s[0] <= lasts_s - 60.0 + 1e-6
     assert (track.x_m[-1], track.y_m[-1]) == (uav.x_m, uav.y_m)
-    assert track.sensor_on[0].tolist() == [uav.take_off_s + 40.0, track.time_s[-1] - law.descend_s]
+    assert track.time_s[0] == uav.take_off_s - 40.0
+    assert track.sensor_on[0].tolist() == [uav.take_off_s, track.time_s[-1] - law.descend_s]
     assert len(legs) < 5
     for leg, planned in zip(legs, plan.legs[0], strict=False):
         for flown_s, planned_s in zip(
