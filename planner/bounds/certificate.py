@@ -68,6 +68,8 @@ def gap_of(value: float, bound: float) -> float:
 def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """Return the certificate of a plan, for plans over roads if it is one, else for any flight.
 
+    Plans of real aircraft are bounded as flights of an ideal one as fast as they ever are.
+
     Raises
     ------
     NotApplicableError
@@ -77,6 +79,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
+    on_roads = plan.follows_roads and problem.uav.aircraft is None
+    problem = problem.replace(uav=problem.uav.fastest)
     objective, movements = problem.objective, Movements(problem)
     seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
     earned, weight = objective.reward(seen_at), problem.futures.weight
@@ -95,7 +99,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         effort.on_progress(step, STEPS, note)
         return gap <= effort.gap or effort.stop(step)
 
-    if not plan.follows_roads:
+    if not on_roads:
         bound = objective.value(GroupHunts(problem, earliest_s).most(stop))
         physics = objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)

@@ -41,6 +41,14 @@ class Uav:
         """The latest time in the air, seconds on the target's clock."""
         return self.take_off_s + self.max_flight_time_s
 
+    @property
+    def fastest(self) -> "Uav":
+        """The ideal UAV that is as fast over ground as this one can be anywhere: none beats it."""
+        if self.aircraft is None:
+            return self
+        wind_mps = float(np.hypot(*self.aircraft.law.wind_mps))
+        return replace(self, speed_mps=self.speed_mps + wind_mps, aircraft=None)
+
     def home_s(self, x_m: float, y_m: float) -> float:
         """Return the seconds of flight from a place to where it has to land; 0 if anywhere."""
         if self.return_to_m is None:
