@@ -1,4 +1,4 @@
-"""Plans for a real aircraft: home in time, no worse than a plan retimed, and never above a bound."""
+"""Plans for a real aircraft: home in time, no worse than one retimed, never above a bound."""
 
 import math
 from dataclasses import replace
