@@ -90,7 +90,7 @@ def open_scenario(
                 faults += place_faults(airspace, network, start, home)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
-    scenario = draft.scenario()
+    scenario = draft.scenario(in_town=not network.is_abstract)
     return OpenScenario(
         scenario=scenario,
         network=network,

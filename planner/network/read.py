@@ -1,6 +1,7 @@
 """A SUMO network file as columns, read once and kept."""
 
 import hashlib
+import html
 import json
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -15,6 +16,7 @@ from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.network.build import build_net, import_osm
 from planner.network.exits import found_exits, with_exits
+from planner.network.net_file import credit_in, net_behind
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
@@ -22,7 +24,7 @@ from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 5
+COLUMNS_VERSION = 6
 # A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
 SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
@@ -69,7 +71,8 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
     """
     files, credit, exits = source_files(section, folder), section.credit, section.exits
     if "net" in files:
-        return read_net(files["net"], attribution=credit, exits=exits)
+        net = net_behind(files["net"])
+        return read_net(net, source=files["net"], attribution=credit, exits=exits)
     if "osm" in files:
         net = import_osm(files["osm"])
         return read_net(net, source=files["osm"], attribution=credit, exits=exits)
@@ -119,7 +122,7 @@ def read_net(
     source
         The file that the user gave, if another one, for messages.
     attribution
-        Whose data it is, for all that is made from it.
+        Whose data it is, for all that is made from it; "": as the net itself says.
     exits
         Names of the edges that lead off the map. None: those that `found_exits` finds, and none
         where the net is abstract.
@@ -151,9 +154,8 @@ def _network(
         _save(kept, columns)
         seal(kept)
     found = columns.pop("edge_exit")
-    network = RoadNetwork(
-        **columns, path=path, sha256=sha256, source=source, attribution=attribution
-    )
+    credit = attribution or credit_in(path)
+    network = RoadNetwork(**columns, path=path, sha256=sha256, source=source, attribution=credit)
     if exits is not None:
         return with_exits(network, _named_exits(network, exits))
     return network if network.is_abstract else with_exits(network, found)
@@ -239,7 +241,7 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
         "edge_exit": found_exits(shapes, leads_on),
-        "edge_street": tuple(" ".join((edge.getName() or "").split()) for edge in edges),
+        "edge_street": tuple(_street(edge) for edge in edges),
         "projection": _projection(net),
         "net_offset_m": _offset_m(net, source),
     }
@@ -256,6 +258,11 @@ def _offset_m(net: Any, source: Path) -> tuple[float, float]:
     if not np.isfinite((x_m, y_m)).all():
         raise InputError(f"{source}: its netOffset is not finite; build the network again")
     return x_m, y_m
+
+
+def _street(edge: Any) -> str:
+    # netconvert escapes what OpenStreetMap had escaped already.
+    return " ".join(html.unescape(edge.getName() or "").split())
 
 
 def _shape(edge: Any) -> Floats:

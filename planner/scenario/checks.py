@@ -9,6 +9,7 @@ from planner.scenario.sections import (
     OF_SUMO,
     GreedySection,
     NetworkSection,
+    Scenario,
     SearchSection,
     TargetSection,
     UavSection,
@@ -147,8 +148,10 @@ def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]
         )
 
 
-def slow_uav_warning(uav: UavSection, fastest_mps: float) -> str | None:
+def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
+    uav = scenario.uav
+    fastest_mps = max(scenario.target.speed_mps.high, scenario.truth.speed_mps.high)
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

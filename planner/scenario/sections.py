@@ -53,7 +53,8 @@ class NetworkSection(Section):
     )
     net: str | None = Field(
         default=None,
-        description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
+        description="the path of a SUMO .net.xml or .sumocfg file, or of an OpenStreetMap file; "
+        "after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
     exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
