@@ -7,6 +7,7 @@ from planner.errors import Fault
 from planner.messages import as_written
 from planner.scenario.sections import (
     OF_SUMO,
+    AirspaceSection,
     GreedySection,
     NetworkSection,
     Scenario,
@@ -71,6 +72,13 @@ def missing_files(section: NetworkSection, folder: Path) -> Iterator[Fault]:
         elif "\0" in name or not (folder / name).is_file():
             text = f"there is no file {folder / name}; correct the path"
             yield Fault(f"network.{key}", text)
+
+
+def missing_areas(section: AirspaceSection, folder: Path) -> Iterator[Fault]:
+    """Yield the files of an airspace that are not there."""
+    for key, name in section.files.items():
+        if "\0" in name or not (folder / name).is_file():
+            yield Fault(f"airspace.{key}", f"there is no file {folder / name}; correct the path")
 
 
 def _is_below(name: str) -> bool:

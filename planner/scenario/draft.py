@@ -169,6 +169,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         # A source that is there but faulty is not one that is missing.
         choice = checks.source_faults(section) if sound else ()
         return [*choice, *checks.missing_files(section, folder)]
+    if isinstance(section, AirspaceSection):
+        return list(checks.missing_areas(section, folder))
     if isinstance(section, TargetSection):
         return list(checks.target_faults(key, section, folder))
     return []

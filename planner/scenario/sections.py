@@ -186,6 +186,12 @@ class AirspaceSection(Section):
         description="what is never left: a GeoJSON file or [[x, y], ...], or leave it out",
     )
 
+    @property
+    def files(self) -> dict[str, str]:
+        """The files named, by key."""
+        areas = {"within": self.within, "no_fly": self.no_fly, "fence": self.fence}
+        return {key: area for key, area in areas.items() if isinstance(area, str)}
+
 
 class FuturesSection(Section):
     """How the motion that SUMO simulates is recorded."""
