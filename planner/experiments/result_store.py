@@ -91,7 +91,8 @@ class ResultStore:
             named = sorted(source_files(scenario.network, scenario.folder).items())
         except PlannerError as error:
             return _digest([reason_of(error), *self._made_by])
-        files = [self._file_digest(file) for _, file in named]
+        areas = [scenario.folder / name for _, name in sorted(scenario.airspace.files.items())]
+        files = [self._file_digest(file) for file in [*(path for _, path in named), *areas]]
         return _digest([json.dumps(scenario.as_dict(), sort_keys=True), *files, *self._made_by])
 
     def _file_digest(self, path: Path) -> str:

@@ -7,6 +7,7 @@ from planner.errors import Fault, InputError
 from planner.flight.airspace import Airspace, Area, Point
 from planner.flight.areas import area_of_file, area_of_points
 from planner.network.road_network import RoadNetwork
+from planner.scenario.checks import missing_areas
 from planner.scenario.sections import AirspaceSection
 
 
@@ -17,23 +18,18 @@ def airspace_of(
     areas: dict[str, Area] = {}
     faults: list[Fault] = []
     given = section.model_dump(exclude_none=True) if section else {}
+    if section and any(missing_areas(section, folder)):
+        return None, []  # which has been reported already
     for key, value in given.items():
         try:
             if isinstance(value, str):
-                areas[key] = area_of_file(_file(folder, value), network)
+                areas[key] = area_of_file(folder / value, network)
             else:
                 areas[key] = area_of_points(value, network)
         except InputError as error:
             named = f"{value}: " if isinstance(value, str) else ""
             faults.append(Fault(f"airspace.{key}", f"{named}{error}"))
     return (Airspace(**areas) if areas and not faults else None), faults
-
-
-def _file(folder: Path, name: str) -> Path:
-    path = folder / name
-    if "\0" in name or not path.is_file():
-        raise InputError(f"there is no file {path}; correct the path")
-    return path
 
 
 def place_faults(

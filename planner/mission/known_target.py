@@ -1,7 +1,7 @@
 """What the network and files say of a target's start, or what is wrong with it there."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from planner.arrays import Floats
@@ -138,3 +138,14 @@ def _stretch_faults(
                 f"{as_written(reaches_m)} is beyond the end of {stretch.edge}, which is "
                 f"{as_written(length_m)} m long; stay within it",
             )
+
+
+def told_once(faults: Iterable[Fault]) -> Iterator[Fault]:
+    """Yield faults, of those that components of a mixture share the first one only."""
+    told: set[tuple[str, str]] = set()
+    for fault in faults:
+        component, _, field = fault.key.partition("].")
+        same = (field if ".mix[" in component else fault.key, fault.text)
+        if same not in told:
+            told.add(same)
+            yield fault

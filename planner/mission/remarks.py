@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.arrays import Floats
+from planner.belief.mixture import parts_of
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.network.survey import reach_m
@@ -24,7 +25,8 @@ def _yards(opened: OpenScenario) -> Iterator[str]:
     network = opened.network
     if isinstance(opened.scenario.target.start, str) or network.is_abstract:
         return
-    for index in np.flatnonzero(opened.prior.edge_probability).tolist():
+    starts = sum(part.edge_probability for part in parts_of(opened.prior))
+    for index in np.flatnonzero(starts).tolist():
         edge, metres = network.edge_ids[index], reach_m(network, index)
         if metres < YARD_SHARE * float(network.edge_length_m.sum()):
             yield (

@@ -112,10 +112,15 @@ def hashes(
 
     Two are of what a certificate will hold of it: ``net.json``, and motion with weights.
     """
+    scenario = opened.scenario
     return {
         "net": opened.network.sha256,
         "futures": sha256_of_file(recording.path),
         "plan": sha256_of_json(content),
         "roads": sha256_of_net(opened.network),
         "motion": sha256_of_motion(recording.futures),
+        **{
+            f"airspace.{key}": sha256_of_file(scenario.folder / name)
+            for key, name in scenario.airspace.files.items()
+        },
     }

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
-from planner.checked import finite, indices, lengths, offsets
+from planner.checked import finite, indices, lengths, offsets, weights
 from planner.errors import InputError
 from planner.network.lines import Lines
 
@@ -112,6 +112,7 @@ class RoadNetwork(Frozen):
         edge = {"edge_length_m": self.edge_length_m, "edge_limit_mps": self.edge_limit_mps}
         lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
         lengths(edges, edge_exit=self.edge_exit, edge_street=self.edge_street)
+        weights("half_width_m", self.half_width_m)
         offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
         offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
         lengths(len(self.turn_edge), turn_back=self.turn_back)

@@ -34,6 +34,7 @@ import numpy as np
 from planner.arrays import Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.checked import number
+from planner.errors import InputError
 from planner.network.beside import nearest_road, off_roads
 from planner.network.contraction import Nodes, contracted
 from planner.network.lines import Lines
@@ -82,10 +83,15 @@ def with_roads(network: RoadNetwork, tolerance_m: float) -> RoadNetwork:
     Raises
     ------
     InputError
-        If the tolerance is negative, or the network's file cannot be read any more.
+        If the tolerance is negative, roads are merged already, or the network's file cannot be
+        read any more or holds a number that is none.
     """
     tolerance_m = number("tolerance_m", tolerance_m, least=0.0)
-    return network if network.is_abstract or tolerance_m == 0.0 else _roads(network, tolerance_m)
+    if network.is_abstract or tolerance_m == 0.0:
+        return network
+    if network.road_ids != network.edge_ids:
+        raise InputError("network: its roads are merged already; give the one that was read")
+    return _roads(network, tolerance_m)
 
 
 @lru_cache(IN_MEMORY)
@@ -93,11 +99,21 @@ def _roads(network: RoadNetwork, tolerance_m: float) -> RoadNetwork:
     name = f"{network.sha256[:32]}.merged{ROADS_VERSION}-{tolerance_m!r}.npz"
     kept = cache_folder("nets") / name
     fields = load_fields(kept, TEXTS, ARRAYS) if is_whole(kept) else None
-    if fields is None:
-        fields = merged_fields(network, read_links(network.path), tolerance_m)
+    if fields is None or len(fields["edge_road"]) != len(network.edge_ids):
+        fields = _read_and_merged(network, tolerance_m)
         save_fields(kept, fields, TEXTS)
         seal(kept)
     return replace(network, **fields)
+
+
+def _read_and_merged(network: RoadNetwork, tolerance_m: float) -> dict[str, Any]:
+    try:
+        return merged_fields(network, read_links(network.path), tolerance_m)
+    except (ValueError, LookupError) as error:
+        raise InputError(
+            f"{network.given_as}: its lanes or links cannot be read ({error!r}); "
+            "give a .net.xml that netconvert or netedit wrote"
+        ) from error
 
 
 def merged_fields(network: RoadNetwork, file: NetFile, tolerance_m: float) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from planner.scenario.areas import Area
 from planner.scenario.source import FILE
-from planner.scenario.target_values import Goes, Start
+from planner.scenario.target_values import Flees, Goes, Start, Stops
 from planner.scenario.values import (
     Credit,
     Distance,
@@ -138,6 +138,30 @@ class TargetSection(Section):
         description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
         "leave it out for time 0",
     )
+    stops: Stops | None = Field(
+        default=None,
+        description='{ parked = 0.2, share = 0.85, mean_s = "1:00:00" }, or leave it out: none',
+    )
+    flees: Flees | None = Field(
+        default=None, description="{ for_s = 90, factor = 1.3 }, or leave it out: it does not"
+    )
+    mix: Annotated[tuple["Component", ...], Field(strict=False)] | None = Field(
+        default=None, description="what the target may be, each with its weight, or leave it out"
+    )
+
+    def parts(self, key: str) -> "list[tuple[str, TargetSection]]":
+        """Return what the target may be, by key: itself, or the components of its mixture."""
+        if self.mix is None:
+            return [(key, self)]
+        return [(f"{key}.mix[{i}]", part) for i, part in enumerate(self.mix)]
+
+
+class Component(TargetSection):
+    """One of the things that a target may be."""
+
+    weight: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(
+        description="its probability, or any number in proportion to it, above 0"
+    )
 
 
 class UavSection(Section):
@@ -232,6 +256,12 @@ class AirspaceSection(Section):
         default=None,
         description="what is never left: a GeoJSON file or [[x, y], ...], or leave it out",
     )
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The files named, by key."""
+        areas = {"within": self.within, "no_fly": self.no_fly, "fence": self.fence}
+        return {key: area for key, area in areas.items() if isinstance(area, str)}
 
 
 class FuturesSection(Section):

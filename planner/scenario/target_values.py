@@ -12,6 +12,7 @@ from planner.scenario.values import (
     Metres,
     Name,
     NotNegative,
+    PositiveSeconds,
     Probabilities,
     Radius,
     Section,
@@ -186,3 +187,36 @@ Goes = Annotated[
     | Annotated[GoalFile, Tag("~GoalFile")],
     Discriminator(_goes_form),
 ]
+
+
+class Stops(Section):
+    """That targets park: from the start, or on the way."""
+
+    parked: Share = Field(
+        default=0.0, description="the share that is parked from the start, 0 to 1"
+    )
+    share: Share = Field(
+        default=1.0, description="the share of the others that parks sooner or later, 0 to 1"
+    )
+    mean_s: PositiveSeconds | None = Field(
+        default=None, description="how long these drive in the mean, as seconds or H:M:S"
+    )
+
+    @model_validator(mode="after")
+    def _sound(self) -> "Stops":
+        drives = self.parked < 1 and self.share > 0
+        if drives and self.mean_s is None and (self.parked == 0 or self.share < 1):
+            raise ValueError(
+                "says nothing of how long they drive; give mean_s, as in "
+                '{ share = 0.85, mean_s = "1:00:00" }, or { parked = 0.3 }'
+            )
+        return self
+
+
+class Flees(Section):
+    """That targets drive faster at first."""
+
+    for_s: PositiveSeconds = Field(default=90.0, description="for how long, such as 90")
+    factor: Annotated[float, Field(gt=1, le=MOST_FACTOR, allow_inf_nan=False)] = Field(
+        default=1.3, description="times the limits and its own speed, above 1 and at most 3"
+    )

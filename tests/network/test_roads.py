@@ -1,5 +1,6 @@
 """Roads are merged by the rules that stand at the head of `planner.network.roads`."""
 
+import re
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -227,6 +228,16 @@ def test_what_is_kept_is_what_was_merged(empty_cache: Path) -> None:
     kept.write_bytes(b"damaged")
     roads._roads.cache_clear()
     np.testing.assert_array_equal(with_roads(town, 20.0).shape_xy_m, first.shape_xy_m)
+
+
+def test_what_cannot_be_merged_is_told(empty_cache: Path, tmp_path: Path) -> None:
+    town = sumo_instances.town()
+    with pytest.raises(InputError, match="its roads are merged already"):
+        with_roads(with_roads(town, 20.0), 20.0)
+    broken = tmp_path / "broken.net.xml"
+    broken.write_text(re.sub(' shape="[^"]*"', ' shape="1,x 2,y"', town.path.read_text()))
+    with pytest.raises(InputError, match=r"xml: its lanes or links cannot be read \(ValueError"):
+        with_roads(replace(town, path=broken, sha256="1" * 64), 20.0)
 
 
 def test_a_tolerance_is_a_length() -> None:
