@@ -3,10 +3,12 @@
 import csv
 import io
 import json
+import re
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from planner.export.flight_file import FlightFile, Waypoint
+from planner.messages import plain
 
 DEGREES = 7
 COLUMNS = ("number", "time_s", "utc", "lat", "lon", "x_m", "y_m", "height_m", "hold_s", "leg_m")
@@ -70,6 +72,9 @@ def fcd(flight: FlightFile, *, step_s: float = 1.0) -> str:
     east, north = (np.diff(column, append=column[-1]) / step_s for column in (x_m, y_m))
     angle = np.degrees(np.arctan2(east, north)) % 360.0  # from north, clockwise
     root = ET.Element("fcd-export")
+    if flight.attribution:
+        # Two hyphens would end the comment.
+        root.append(ET.Comment(f" {re.sub('-(?=-)', '- ', plain(flight.attribution))} "))
     for row in zip(steps_s, x_m, y_m, np.hypot(east, north), angle, strict=True):
         time_s, x, y, mps, degrees = (f"{value:.2f}" for value in row)
         step = ET.SubElement(root, "timestep", time=time_s)

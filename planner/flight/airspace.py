@@ -85,6 +85,10 @@ class Airspace:
 
         return self.allows(place) and bool(self.reach(place).covers(shapely.Point(other)))
 
+    def sees(self, place: Point, other: Point) -> bool:
+        """Tell whether the UAV may fly straight from one place to another."""
+        return bool(self._sees(place, [other])[0])
+
     def reach(self, place: Point) -> Area:
         """Return the part of the free space that can be flown to from a place that is in it."""
         import shapely

@@ -171,6 +171,25 @@ def _track_flown(
     up_s, xy_m, hold_s = float(line.time_s[0]), line.xy_m, line.hold_s
     if len(xy_m) > 1:
         xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
+    lands = battery.home_m is not None
+    track, flight = line_flown(xy_m, hold_s, law, up_s=up_s, lands=lands)
+    return track, _legs_flown(line, legs, up_s, (xy_m, flight))
+
+
+def line_flown(
+    xy_m: Floats, hold_s: Floats, law: FlightLaw, *, up_s: float, lands: bool
+) -> tuple[Track, TimedFlight]:
+    """Return the track of an aircraft that climbs, flies a line and perhaps lands, and its times.
+
+    Parameters
+    ----------
+    xy_m, hold_s
+        As `planner.flight.law.timed` takes them.
+    up_s
+        When it is at its height above the first place, and the sensor goes on.
+    lands
+        Whether it comes down at the last place.
+    """
     flight = timed(xy_m, hold_s, law)
     after_s, places = track_points(xy_m, flight, law)
     times_s = up_s + after_s
@@ -178,11 +197,10 @@ def _track_flown(
     if law.climb_s > 0.0:
         times_s = np.append(up_s - law.climb_s, times_s)
         places = np.vstack([places[:1], places])
-    if battery.home_m is not None and law.descend_s > 0.0:
+    if lands and law.descend_s > 0.0:
         times_s = np.append(times_s, times_s[-1] + law.descend_s)
         places = np.vstack([places, places[-1:]])
-    track = Track(times_s, places[:, 0], places[:, 1], sensor_on)
-    return track, _legs_flown(line, legs, up_s, (xy_m, flight))
+    return Track(times_s, places[:, 0], places[:, 1], sensor_on), flight
 
 
 def _legs_flown(

@@ -1,0 +1,92 @@
+"""What speaks against flying a flight as it is written, one line for each thing."""
+
+from collections.abc import Iterator
+from math import hypot, inf
+
+from planner.clock import clock
+from planner.errors import InputError
+from planner.export.from_run import RunFlight
+from planner.messages import counted
+
+FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
+FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of more
+ROUNDING_S = 1.0  # by which whole seconds of hovering may make a flight longer
+
+
+def faults(run: RunFlight, *, most_waypoints: int) -> Iterator[str]:
+    """Yield what is wrong with a flight, and the remedy."""
+    yield from _aircraft(run)
+    many = len(run.flight.waypoints)
+    if many > most_waypoints:
+        yield (
+            f"{many:,} waypoints are more than --max-waypoints {most_waypoints:,}; give a larger "
+            "--tolerance, or raise it"
+        )
+    yield from _pieces(run)
+    if run.airspace is not None:
+        try:
+            run.airspace.refuse(run.track)
+        except InputError as error:
+            yield str(error)
+    yield from _battery(run)
+    home, first = run.flight.waypoints[:2]
+    away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
+    if away_m > FAR_M:
+        yield (
+            f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
+            f"{FAR_M:.0f} m; take off nearer (uav.start)"
+        )
+    speed_mps = run.flight.speed_mps
+    if speed_mps > FASTEST_MPS:
+        yield (
+            f"uav.speed_mps: {speed_mps:g} m/s is more than the {FASTEST_MPS:g} m/s that "
+            "autopilots keep to, though they take it without a word; give the speed that is flown"
+        )
+
+
+def _aircraft(run: RunFlight) -> Iterator[str]:
+    law = run.aircraft.law
+    at_once = [
+        (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
+        (law.climb_mps, "climb_mps", "is at its height"),
+    ]
+    for rate, key, what in at_once:
+        if rate == inf:
+            yield f"uav.{key}: is not given, and no aircraft {what} at once; give it"
+
+
+def _pieces(run: RunFlight) -> Iterator[str]:
+    corner_m = run.aircraft.law.corner_m
+    short = sum(0.0 < metres < corner_m < inf for metres in run.flight.lengths_m)
+    if short:
+        yield (
+            f"{counted(short, 'piece')} shorter than uav.corner_m, {corner_m:g} m, cannot be flown "
+            "as drawn; give a larger --tolerance"
+        )
+
+
+def _battery(run: RunFlight) -> Iterator[str]:
+    may_s = run.battery.lasts_s - run.battery.reserve_s
+    if run.lasts_s > may_s + ROUNDING_S:
+        yield (
+            f"it is in the air for {clock(run.lasts_s)}, and the battery lasts for {clock(may_s)} "
+            "with its reserve kept; plan a shorter flight"
+        )
+
+
+def remarks(run: RunFlight) -> Iterator[str]:
+    """Yield what a pilot has to know of a flight, though nothing is wrong with it."""
+    law = run.aircraft.law
+    if law.acceleration_mps2 < inf:
+        full_m = law.speed_mps**2 / law.acceleration_mps2
+        short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
+        yield (
+            f"{short} of {counted(len(run.flight.lengths_m), 'piece')} are shorter than "
+            f"{full_m:.0f} m, so that it is not at full speed on them; the times allow for it"
+        )
+    if run.turned_s is not None:
+        yield f"it turns home at {clock(run.turned_s)}, before the end of the plan: the battery"
+    if run.battery.lasts_s == inf:
+        yield "no time in the air is given (uav.max_flight_time_s): no battery was checked"
+    if not run.flight.comes_home:
+        yield "it does not land where it took off: at its end it stays where it is, for the pilot"

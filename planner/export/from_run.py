@@ -1,0 +1,238 @@
+"""From a stored plan to the flight that is written: simplified, timed by the law, home in time."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import InputError
+from planner.export.flight_file import FlightFile, Waypoint
+from planner.export.line import Line, line_of, simplified
+from planner.export.mavlink import Autopilot
+from planner.export.simplified import Clear
+from planner.flight.airspace import Airspace
+from planner.flight.as_flown import Battery, home_in_time, line_flown
+from planner.flight.law import Aircraft, FlightLaw, TimedFlight
+from planner.flight.track import Track
+from planner.mission.aircraft import aircraft_of
+from planner.mission.opening import OpenScenario
+from planner.mission.plan_file import StoredPlan
+from planner.network.georeference import is_georeferenced, lonlat
+from planner.network.road_network import RoadNetwork
+from planner.scenario.sections import UavSection
+
+MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
+PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
+DEGREES = 7  # digits that files have of a place
+HOLD_DIGITS: dict[Autopilot, int] = {"ardupilot": 0, "px4": 1}  # of the seconds that it hovers
+PLANE = "+proj=tmerc +lat_0={} +lon_0={} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
+
+LatLon = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class RunFlight:
+    """The flight that files hold, and how it is flown."""
+
+    flight: FlightFile
+    aircraft: Aircraft
+    battery: Battery
+    track: Track  # from lift-off, to the ground if it lands
+    network: RoadNetwork  # with a projection
+    airspace: Airspace | None
+    turned_s: float | None  # when it has to turn home before the plan's end; None: it need not
+
+    @property
+    def lasts_s(self) -> float:
+        """How long it is in the air, seconds."""
+        return self.track.end_s - float(self.track.time_s[0])
+
+
+def run_flight(
+    opened: OpenScenario,
+    stored: StoredPlan,
+    *,
+    uav: UavSection | None = None,
+    origin: LatLon | None = None,
+    tolerance_m: float | None = None,
+    autopilot: Autopilot = "ardupilot",
+) -> RunFlight:
+    """Return the flight of a run as it is written.
+
+    Parameters
+    ----------
+    uav
+        The aircraft that flies it; None: the scenario's.
+    origin
+        Latitude and longitude of where x and y are 0, for a net that does not say where it lies.
+    tolerance_m
+        By which it may be off what was planned, at any time; None: `MOST_OFF_M` or less.
+    autopilot
+        ArduPilot hovers for whole seconds.
+
+    Raises
+    ------
+    InputError
+        If nobody knows where the net lies, at which height to fly, or how the aircraft flies.
+    """
+    network = placed(opened.network, origin)
+    uav = opened.scenario.uav if uav is None else uav
+    aircraft = _real(uav)
+    line = simplified(
+        _planned(opened, stored),
+        _tolerance_m(opened) if tolerance_m is None else tolerance_m,
+        None if opened.airspace is None else _clear(opened.airspace),
+    )
+    law, battery = aircraft.law, _battery(uav, aircraft, opened.return_to_m)
+    flown = _home_in_time(line, law, battery)
+    flown = replace(flown, hold_s=_rounded(flown.hold_s, HOLD_DIGITS[autopilot]))
+    up_s = stored.plan.take_off_s + law.climb_s
+    lands = battery.home_m is not None
+    track, times = line_flown(flown.xy_m, flown.hold_s, law, up_s=up_s, lands=lands)
+    turn = -2 if lands and len(flown.xy_m) > 1 else -1
+    return RunFlight(
+        flight=_file(opened, flown, times, law, up_s, network),
+        aircraft=aircraft,
+        battery=battery,
+        track=track,
+        network=network,
+        airspace=opened.airspace,
+        turned_s=up_s + float(times.leaves_s[turn]) if _is_cut(line, flown) else None,
+    )
+
+
+def placed(network: RoadNetwork, origin: LatLon | None) -> RoadNetwork:
+    """Return a network that says where on the Earth it lies.
+
+    Raises
+    ------
+    InputError
+        If it does not, and no origin is given; or it does, and one is.
+    """
+    if is_georeferenced(network):
+        if origin is not None:
+            raise InputError(f"--origin: {network.given_as} says where it lies; leave it out")
+        return network
+    if origin is None:
+        raise InputError(
+            f"{network.given_as}: it does not say where on the Earth it lies; give --origin "
+            "LAT,LON, the place where its x and y are 0"
+        )
+    return replace(network, projection=PLANE.format(*origin), net_offset_m=(0.0, 0.0))
+
+
+def _real(uav: UavSection) -> Aircraft:
+    aircraft = aircraft_of(uav)
+    if aircraft is None:
+        raise InputError(
+            "uav: the plan is for an ideal aircraft, which no real one keeps up with; plan with "
+            "uav.acceleration_mps2, corner_m, climb_mps and descend_mps, or have it timed anew "
+            "for one of them: --aircraft multicopter, or a file"
+        )
+    if uav.altitude_m <= 0.0:
+        raise InputError("uav.altitude_m: is 0, on the ground; give the height to fly at")
+    return aircraft
+
+
+def _planned(opened: OpenScenario, stored: StoredPlan) -> Line:
+    if len(stored.plan.tracks) != 1:
+        raise InputError("plan.json: a flight file is for one UAV; plan with one")
+    made_for = aircraft_of(opened.scenario.uav)
+    law = FlightLaw(opened.scenario.uav.speed_mps) if made_for is None else made_for.law
+    return line_of(
+        stored.plan.tracks[0],
+        stored.plan.legs[0],
+        opened.network,
+        up_s=law.climb_s,
+        down_s=0.0 if opened.return_to_m is None else law.descend_s,
+    )
+
+
+def _tolerance_m(opened: OpenScenario) -> float:
+    return min(MOST_OFF_M, PART_OF_RADIUS * opened.scenario.sensor.radius_m)
+
+
+def _clear(airspace: Airspace) -> Clear:
+    def clear(a: Floats, b: Floats) -> bool:
+        return airspace.sees((float(a[0]), float(a[1])), (float(b[0]), float(b[1])))
+
+    return clear
+
+
+def _battery(uav: UavSection, aircraft: Aircraft, home_m: tuple[float, float] | None) -> Battery:
+    lasts_s = np.inf if uav.max_flight_time_s is None else uav.max_flight_time_s
+    return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps)
+
+
+def _home_in_time(line: Line, law: FlightLaw, battery: Battery) -> Line:
+    """Return a line as far as the battery lasts, and the way home."""
+    xy_m, hold_s = home_in_time(line.xy_m, line.hold_s, law, battery)
+    if np.array_equal(xy_m, line.xy_m):
+        return replace(line, hold_s=hold_s)
+    streets = line.streets[: len(xy_m) - 1]
+    if battery.home_m is not None:
+        streets = (*line.streets[: max(0, len(xy_m) - 2)], "")[: len(xy_m) - 1]
+    return Line(np.resize(line.time_s, len(xy_m)), xy_m, hold_s, streets)
+
+
+def _is_cut(line: Line, flown: Line) -> bool:
+    """Return whether part of a line is left out."""
+    many = len(line.xy_m)
+    if not np.array_equal(flown.xy_m[:many], line.xy_m):
+        return True
+    return bool(np.any(flown.hold_s[:many] < line.hold_s - 1.0))
+
+
+def _rounded(hold_s: Floats, digits: int) -> Floats:
+    """Return times of hovering with few digits; what is rounded is made up for at the next."""
+    held, wanted, found = 0.0, 0.0, []
+    for one in hold_s.tolist():
+        wanted += one
+        found.append(max(0.0, round(wanted - held, digits)) if one > 0.0 else 0.0)
+        held += found[-1]
+    return np.array(found)
+
+
+def _file(
+    opened: OpenScenario,
+    line: Line,
+    times: TimedFlight,
+    law: FlightLaw,
+    up_s: float,
+    network: RoadNetwork,
+) -> FlightFile:
+    degrees = np.round(lonlat(network, line.xy_m), DEGREES).tolist()
+    arrives_s = (up_s + times.arrives_s).tolist()
+    streets = ("", *line.streets)
+    found = [
+        Waypoint(lat, lon, x_m, y_m, time_s, hold_s, street)
+        for (lon, lat), (x_m, y_m), time_s, hold_s, street in zip(
+            degrees, line.xy_m.tolist(), arrives_s, line.hold_s.tolist(), streets, strict=True
+        )
+    ]
+    start = (found[0].x_m, found[0].y_m)
+    home = opened.return_to_m
+    comes_home = home == start == (found[-1].x_m, found[-1].y_m)
+    return FlightFile(
+        name=opened.scenario.title or opened.scenario.path.parent.name,
+        waypoints=tuple(_ends_without_holds(found, comes_home)),
+        height_m=law.altitude_m,
+        speed_mps=law.speed_mps,
+        comes_home=comes_home,
+        sighted_at=opened.scenario.target.sighted_at,
+        attribution=network.attribution,
+    )
+
+
+def _ends_without_holds(waypoints: list[Waypoint], comes_home: bool) -> list[Waypoint]:
+    """Return waypoints of which the first, and the one where it lands, are no places to hover.
+
+    Autopilots have commands of their own for these.
+    """
+    first, last = waypoints[0], waypoints[-1]
+    found = list(waypoints)
+    if first.hold_s > 0.0 or len(waypoints) == 1:
+        found.insert(0, replace(first, hold_s=0.0))
+    if comes_home and last.hold_s > 0.0:
+        found.append(replace(last, arrives_s=last.arrives_s + last.hold_s, hold_s=0.0, street=""))
+    return found
