@@ -131,11 +131,11 @@ def _flight(
     from planner.export.from_run import run_flight
     from planner.scenario.aircraft_file import with_aircraft
 
-    uav = opened.scenario.uav
+    file = arguments.aircraft
     return run_flight(
         opened,
         stored,
-        uav=uav if arguments.aircraft is None else with_aircraft(uav, arguments.aircraft),
+        uav=None if file is None else with_aircraft(opened.scenario.uav, file),
         origin=arguments.origin,
         tolerance_m=arguments.tolerance,
         autopilot=arguments.autopilot,

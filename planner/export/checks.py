@@ -77,15 +77,15 @@ def _battery(run: RunFlight) -> Iterator[str]:
 def remarks(run: RunFlight) -> Iterator[str]:
     """Yield what a pilot has to know of a flight, though nothing is wrong with it."""
     law = run.aircraft.law
-    if law.acceleration_mps2 < inf:
-        full_m = law.speed_mps**2 / law.acceleration_mps2
-        short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
+    full_m = law.speed_mps**2 / law.acceleration_mps2
+    short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
+    if short:
         yield (
-            f"{short} of {counted(len(run.flight.lengths_m), 'piece')} are shorter than "
-            f"{full_m:.0f} m, so that it is not at full speed on them; the times allow for it"
+            f"it does not reach its speed on {counted(short, 'piece')} of "
+            f"{len(run.flight.lengths_m)}, shorter than {full_m:.0f} m; the times allow for it"
         )
-    if run.turned_s is not None:
-        yield f"it turns home at {clock(run.turned_s)}, before the end of the plan: the battery"
+    if run.ended_s is not None:
+        yield f"the battery ends the search at {clock(run.ended_s)}, before the end of the plan"
     if run.battery.lasts_s == inf:
         yield "no time in the air is given (uav.max_flight_time_s): no battery was checked"
     if not run.flight.comes_home:

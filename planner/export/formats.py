@@ -32,7 +32,6 @@ MAPS: dict[str, Callable[[FlightFile], str]] = {
     "gpx": gpx,
     "geojson": geojson,
     "csv": csv_table,
-    "fcd": fcd,
 }
 
 
@@ -81,6 +80,8 @@ def _text(name: str, run: RunFlight, wanted: Wanted) -> str:
         )
     if name == "waypoints":
         return waypoints_file(run.flight, frame=wanted.frame)
+    if name == "fcd":
+        return fcd(run.flight, run.track)
     return MAPS[name](run.flight)
 
 

@@ -1,6 +1,7 @@
 """From a stored plan to the flight that is written: simplified, timed by the law, home in time."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from planner.export.mavlink import Autopilot
 from planner.export.simplified import Clear
 from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, home_in_time, line_flown
-from planner.flight.law import Aircraft, FlightLaw, TimedFlight
+from planner.flight.law import Aircraft, FlightLaw
 from planner.flight.track import Track
 from planner.mission.aircraft import aircraft_of
 from planner.mission.opening import OpenScenario
@@ -40,7 +41,7 @@ class RunFlight:
     track: Track  # from lift-off, to the ground if it lands
     network: RoadNetwork  # with a projection
     airspace: Airspace | None
-    turned_s: float | None  # when it has to turn home before the plan's end; None: it need not
+    ended_s: float | None  # when the battery ends it before the plan's end; None: it does not
 
     @property
     def lasts_s(self) -> float:
@@ -62,7 +63,7 @@ def run_flight(
     Parameters
     ----------
     uav
-        The aircraft that flies it; None: the scenario's.
+        Another aircraft that flies it, as long as its battery lasts; None: the scenario's.
     origin
         Latitude and longitude of where x and y are 0, for a net that does not say where it lies.
     tolerance_m
@@ -76,7 +77,7 @@ def run_flight(
         If nobody knows where the net lies, at which height to fly, or how the aircraft flies.
     """
     network = placed(opened.network, origin)
-    uav = opened.scenario.uav if uav is None else uav
+    other, uav = uav is not None, uav or opened.scenario.uav
     aircraft = _real(uav)
     line = simplified(
         _planned(opened, stored),
@@ -84,20 +85,22 @@ def run_flight(
         None if opened.airspace is None else _clear(opened.airspace),
     )
     law, battery = aircraft.law, _battery(uav, aircraft, opened.return_to_m)
-    flown = _home_in_time(line, law, battery)
-    flown = replace(flown, hold_s=_rounded(flown.hold_s, HOLD_DIGITS[autopilot]))
-    up_s = stored.plan.take_off_s + law.climb_s
-    lands = battery.home_m is not None
-    track, times = line_flown(flown.xy_m, flown.hold_s, law, up_s=up_s, lands=lands)
-    turn = -2 if lands and len(flown.xy_m) > 1 else -1
+    way = _Way(line.xy_m, line.hold_s, line.streets)
+    if other:  # the plan's own aircraft comes home in time, and sooner past fewer corners
+        way = _home_in_time(way, law, battery)
+    is_cut = not way.is_all_of(line)
+    way = way._replace(hold_s=_rounded(way.hold_s, HOLD_DIGITS[autopilot]))
+    up_s, lands = stored.plan.take_off_s + law.climb_s, battery.home_m is not None
+    track, times = line_flown(way.xy_m, way.hold_s, law, up_s=up_s, lands=lands)
+    turn = -2 if lands and len(way.xy_m) > 1 else -1
     return RunFlight(
-        flight=_file(opened, flown, times, law, up_s, network),
+        flight=_file(opened, network, law, _waypoints(way, up_s + times.arrives_s, network)),
         aircraft=aircraft,
         battery=battery,
         track=track,
         network=network,
         airspace=opened.airspace,
-        turned_s=up_s + float(times.leaves_s[turn]) if _is_cut(line, flown) else None,
+        ended_s=up_s + float(times.leaves_s[turn]) if is_cut else None,
     )
 
 
@@ -164,23 +167,29 @@ def _battery(uav: UavSection, aircraft: Aircraft, home_m: tuple[float, float] | 
     return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps)
 
 
-def _home_in_time(line: Line, law: FlightLaw, battery: Battery) -> Line:
-    """Return a line as far as the battery lasts, and the way home."""
-    xy_m, hold_s = home_in_time(line.xy_m, line.hold_s, law, battery)
-    if np.array_equal(xy_m, line.xy_m):
-        return replace(line, hold_s=hold_s)
-    streets = line.streets[: len(xy_m) - 1]
-    if battery.home_m is not None:
-        streets = (*line.streets[: max(0, len(xy_m) - 2)], "")[: len(xy_m) - 1]
-    return Line(np.resize(line.time_s, len(xy_m)), xy_m, hold_s, streets)
+class _Way(NamedTuple):
+    """What is flown of a line."""
+
+    xy_m: Floats  # (W, 2) metres
+    hold_s: Floats  # (W,) seconds
+    streets: tuple[str, ...]  # W - 1
+
+    def is_all_of(self, line: Line) -> bool:
+        """Return whether nothing of a line is left out."""
+        many = len(line.xy_m)
+        if not np.array_equal(self.xy_m[:many], line.xy_m):
+            return False
+        return bool(np.all(self.hold_s[:many] >= line.hold_s))
 
 
-def _is_cut(line: Line, flown: Line) -> bool:
-    """Return whether part of a line is left out."""
-    many = len(line.xy_m)
-    if not np.array_equal(flown.xy_m[:many], line.xy_m):
-        return True
-    return bool(np.any(flown.hold_s[:many] < line.hold_s - 1.0))
+def _home_in_time(way: _Way, law: FlightLaw, battery: Battery) -> _Way:
+    """Return a way as far as the battery lasts, and the way home."""
+    xy_m, hold_s = home_in_time(way.xy_m, way.hold_s, law, battery)
+    pieces = len(xy_m) - 1
+    streets = way.streets[:pieces]
+    if battery.home_m is not None and not np.array_equal(xy_m, way.xy_m):
+        streets = (*way.streets[: max(0, pieces - 1)], "")[:pieces]
+    return _Way(xy_m, hold_s, streets)
 
 
 def _rounded(hold_s: Floats, digits: int) -> Floats:
@@ -193,29 +202,30 @@ def _rounded(hold_s: Floats, digits: int) -> Floats:
     return np.array(found)
 
 
-def _file(
-    opened: OpenScenario,
-    line: Line,
-    times: TimedFlight,
-    law: FlightLaw,
-    up_s: float,
-    network: RoadNetwork,
-) -> FlightFile:
-    degrees = np.round(lonlat(network, line.xy_m), DEGREES).tolist()
-    arrives_s = (up_s + times.arrives_s).tolist()
-    streets = ("", *line.streets)
-    found = [
+def _waypoints(way: _Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypoint]:
+    degrees = np.round(lonlat(network, way.xy_m), DEGREES).tolist()
+    rows = zip(
+        degrees,
+        way.xy_m.tolist(),
+        arrives_s.tolist(),
+        way.hold_s.tolist(),
+        ("", *way.streets),
+        strict=True,
+    )
+    return [
         Waypoint(lat, lon, x_m, y_m, time_s, hold_s, street)
-        for (lon, lat), (x_m, y_m), time_s, hold_s, street in zip(
-            degrees, line.xy_m.tolist(), arrives_s, line.hold_s.tolist(), streets, strict=True
-        )
+        for (lon, lat), (x_m, y_m), time_s, hold_s, street in rows
     ]
-    start = (found[0].x_m, found[0].y_m)
-    home = opened.return_to_m
-    comes_home = home == start == (found[-1].x_m, found[-1].y_m)
+
+
+def _file(
+    opened: OpenScenario, network: RoadNetwork, law: FlightLaw, waypoints: list[Waypoint]
+) -> FlightFile:
+    start, end = ((one.x_m, one.y_m) for one in (waypoints[0], waypoints[-1]))
+    comes_home = opened.return_to_m == start == end
     return FlightFile(
         name=opened.scenario.title or opened.scenario.path.parent.name,
-        waypoints=tuple(_ends_without_holds(found, comes_home)),
+        waypoints=tuple(_ends_without_holds(waypoints, comes_home)),
         height_m=law.altitude_m,
         speed_mps=law.speed_mps,
         comes_home=comes_home,

@@ -7,7 +7,10 @@ import re
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import numpy as np
+
 from planner.export.flight_file import FlightFile, Waypoint
+from planner.flight.track import Track
 from planner.messages import plain
 
 DEGREES = 7
@@ -60,12 +63,19 @@ def csv_table(flight: FlightFile) -> str:
     return text.getvalue()
 
 
-def fcd(flight: FlightFile, *, step_s: float = 1.0) -> str:
-    """Return a flight as SUMO's floating car data: where the aircraft is at every step."""
-    import numpy as np
+def fcd(flight: FlightFile, track: Track | None = None, *, step_s: float = 1.0) -> str:
+    """Return a flight as SUMO's floating car data: where the aircraft is at every step.
 
-    times_s = np.array([time_s for _, time_s in flight.stays])
-    places = np.array([(one.x_m, one.y_m) for one, _ in flight.stays])
+    Parameters
+    ----------
+    track
+        How it flies; None: evenly from waypoint to waypoint.
+    """
+    if track is None:
+        times_s = np.array([time_s for _, time_s in flight.stays])
+        places = np.array([(one.x_m, one.y_m) for one, _ in flight.stays])
+    else:
+        times_s, places = track.time_s, np.stack([track.x_m, track.y_m], axis=1)
     first, last = np.ceil(times_s[0] / step_s), np.floor(times_s[-1] / step_s)
     steps_s = np.arange(first, last + 1) * step_s
     x_m, y_m = (np.interp(steps_s, times_s, column) for column in places.T)

@@ -1,0 +1,193 @@
+"""`planner export`: every file, read back by other programs; and what it refuses."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import geojson
+import gpxpy
+import numpy as np
+import pytest
+from fastkml.validator import validate
+from lxml import etree
+from pymavlink import mavwp
+
+from planner.cli import main
+from planner.export.formats import ABOUT, FILES
+from planner.mission.opening import open_scenario
+from planner.network.sumo import sumo_home
+from support.command_line import TOWN, Commands, Said
+
+SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "30")
+REAL = {
+    "speed_mps": 15,
+    "acceleration_mps2": 1.4,
+    "corner_m": 2,
+    "climb_mps": 2.5,
+    "descend_mps": 1.5,
+    "max_flight_time_s": 1500,
+    "return_to": "start",
+}
+SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
+SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=60")
+UTM = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
+OFFSET_M = (-294_000.0, -5_498_000.0)
+CREDIT = "© who -- drew it"
+ORIGIN = ("--origin", "49.6,6.1")
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Commands:
+    return Commands(capsys)
+
+
+@pytest.fixture(scope="module")
+def town_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run in the town, which does not say where it lies, for a real aircraft."""
+    folder = tmp_path_factory.mktemp("town") / "run"
+    assert main(["plan", TOWN, *SMALL, *SETS, *SHORT, "-o", str(folder), "--json"]) == 0
+    return folder
+
+
+def planned(run: Commands, folder: Path, scenario: object, *options: str) -> Path:
+    said = run("plan", scenario, *SMALL, *options, "-o", folder)
+    assert said.code == 0, said.err
+    return folder
+
+
+def on_earth(folder: Path) -> Path:
+    """The town's scenario on a net that says where it lies, and whose it is."""
+    net = open_scenario(TOWN).network.path.read_text()
+    east, north = OFFSET_M
+    net = net.replace('projParameter="!"', UTM)
+    net = net.replace('netOffset="0.00,0.00"', f'netOffset="{east:.2f},{north:.2f}"')
+    assert UTM in net
+    (folder / "town.net.xml").write_text(net)
+    text = (Path(TOWN) / "scenario.toml").read_text()
+    text = text.replace('nodes = "town.nod.xml"\nedges = "town.edg.xml"', 'net = "town.net.xml"')
+    text = text.replace("exits", f'attribution = "{CREDIT}"\nexits')
+    text = text.replace("[target]", '[target]\nsighted_at = "2026-05-01T14:05:00+02:00"')
+    (folder / "scenario.toml").write_text(text)
+    return folder
+
+
+def refused(said: Said, *lines: str) -> None:
+    assert said.code == 2
+    assert len(said.err.splitlines()) == len(lines), said.err
+    for got, line in zip(said.err.splitlines(), lines, strict=True):
+        assert line in got
+
+
+def test_all_files_are_what_their_programs_read(run: Commands, tmp_path: Path) -> None:
+    directory = planned(run, tmp_path / "run", on_earth(tmp_path), *SETS, *SHORT)
+    said = run("export", directory)
+    assert said.code == 0, said.err
+    assert said.out.startswith("The height, 120 m, is above the launch point, and flat ground")
+    assert "research software, not certified" in said.out
+    folder = directory / "flight"
+    assert {path.name for path in folder.iterdir()} == {*FILES.values(), ABOUT}
+    table = list(csv.DictReader(io.StringIO((folder / "flight.csv").read_text())))
+    degrees = np.array([(float(row["lat"]), float(row["lon"])) for row in table])
+    assert degrees[0] == pytest.approx((49.6, 6.15), abs=0.1)
+
+    items = json.loads((folder / "flight.plan").read_text())["mission"]["items"]
+    flown = [item["params"][4:6] for item in items if item["command"] == 16]
+    assert np.allclose(flown, degrees[1:-1], atol=1e-7)
+    loader = mavwp.MAVWPLoader()
+    assert loader.load(str(folder / "flight.waypoints")) == len(items) + 1
+    route = gpxpy.parse((folder / "flight.gpx").read_text()).routes[0]
+    assert np.allclose([(p.latitude, p.longitude) for p in route.points], degrees)
+    assert validate(file_to_validate=folder / "flight.kml")
+    read = geojson.loads((folder / "flight.geojson").read_text())
+    assert read.is_valid
+    schema = etree.XMLSchema(etree.parse(str(sumo_home() / "data" / "xsd" / "fcd_file.xsd")))
+    schema.assertValid(etree.parse(str(folder / "flight.fcd.xml")))
+
+    for name in ("flight.kml", "flight.gpx", "flight.geojson", ABOUT):
+        assert CREDIT in (folder / name).read_text(encoding="utf-8")
+    assert "drew it" in (folder / "flight.fcd.xml").read_text(encoding="utf-8")
+    text = (folder / ABOUT).read_text(encoding="utf-8")
+    assert text.startswith("The height, 120 m, is above the launch point, and flat ground")
+    assert "at 2026-05-01T12:05:00.000Z" in text
+    for parameter in ("WPNAV_SPEED ", "WPNAV_ACCEL ", "WPNAV_SPEED_UP ", "RTL_ALT ", "ANGLE_MAX "):
+        assert parameter in text
+
+
+def test_the_figures_are_those_of_the_plan_and_of_what_is_written(
+    run: Commands, tmp_path: Path, town_run: Path
+) -> None:
+    options = ("--json", "--tolerance", "0", "-o", tmp_path)
+    told = run("export", town_run, *ORIGIN, *options).json
+    stored = json.loads((town_run / "plan.json").read_text())["evaluated"]
+    of_plan, of_flight = told["as_planned"], told["as_written"]
+    assert of_plan["expected_detection_time_s"] == stored["expected_detection_time_s"]
+    assert of_flight["detection_probability"] == pytest.approx(stored["detection_probability"])
+    assert of_flight["expected_detection_time_s"] == pytest.approx(
+        stored["expected_detection_time_s"], abs=2.0
+    )
+    assert told["wrong"] == []
+    assert all(Path(name).is_file() for name in told["files"])
+
+
+def test_the_same_bytes_and_nothing_overwritten(
+    run: Commands, tmp_path: Path, town_run: Path
+) -> None:
+    for folder in ("a", "b"):
+        assert run("export", town_run, *ORIGIN, "-o", tmp_path / folder).code == 0
+    for name in (*FILES.values(), ABOUT):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    again = run("export", town_run, *ORIGIN, "-o", tmp_path / "a")
+    assert again.code == 2
+    assert "--force" in again.err
+    px4 = ("--autopilot", "px4", "--frame", "terrain", "--force")
+    said = run("export", town_run, *ORIGIN, "-o", tmp_path / "a", *px4)
+    assert said.out.startswith("Autopilots keep 120 m above the terrain")
+    assert not (tmp_path / "a" / "flight.waypoints").exists()
+    assert "MPC_XY_CRUISE" in (tmp_path / "a" / ABOUT).read_text()
+    mission = json.loads((tmp_path / "a" / "flight.plan").read_text())["mission"]
+    assert {item["frame"] for item in mission["items"]} == {2, 10}
+    one = run("export", town_run, *ORIGIN, "-o", tmp_path / "c", "--format", "gpx")
+    assert one.code == 0
+    assert {path.name for path in (tmp_path / "c").iterdir()} == {"flight.gpx", ABOUT}
+
+
+def test_a_plan_for_the_ideal_aircraft(run: Commands, tmp_path: Path) -> None:
+    directory = planned(run, tmp_path / "run", "figure3", "--set", 'uav.start={node="A"}')
+    refused(run("export", directory, *ORIGIN), "uav: the plan is for an ideal aircraft")
+    assert not (directory / "flight").exists()
+    said = run("export", directory, *ORIGIN, "--aircraft", "multicopter", "--check")
+    assert said.code == 0, said.err
+    assert "the battery ends the search at" in said.out
+    assert "it does not land where it took off" in said.out
+
+
+def test_the_grid_whose_start_is_far_away(run: Commands, tmp_path: Path) -> None:
+    directory = planned(run, tmp_path / "run", "grid5x5")
+    options = (*ORIGIN, "--aircraft", "multicopter")
+    refused(run("export", directory, *options), "the first waypoint is ")
+    assert not (directory / "flight").exists()
+    said = run("export", directory, *options, "--check")
+    assert said.code == 0, said.err
+    assert "wrong: the first waypoint is " in said.out
+    assert "- the first waypoint is " in (directory / "flight" / ABOUT).read_text()
+
+
+def test_each_refusal_is_a_line(run: Commands, tmp_path: Path, town_run: Path) -> None:
+    refused(run("export", town_run), "it does not say where on the Earth it lies; give --origin")
+    refused(
+        run("export", town_run, *ORIGIN, "--max-waypoints", "3", "--aircraft", _fast(tmp_path)),
+        "waypoints are more than --max-waypoints 3",
+        "uav.speed_mps: 25 m/s is more than the 20 m/s",
+    )
+    refused(run("export", town_run, *ORIGIN, "--format", "dji"), "--format dji: is not a format")
+    refused(run("export", town_run, "--origin", "95,6"), "should be a latitude and a longitude")
+    refused(run("export", town_run, "--tolerance", "-1"), "should be metres from 0 on")
+    refused(run("export", tmp_path), "holds no run")
+    refused(run("export", town_run, *ORIGIN, "--aircraft", "no.toml"), "no.toml: is no file")
+    assert not (town_run / "flight").exists()
+
+
+def _fast(folder: Path) -> Path:
+    (folder / "fast.toml").write_text("[uav]\nspeed_mps = 25\n")
+    return folder / "fast.toml"
