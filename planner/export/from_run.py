@@ -11,7 +11,7 @@ from planner.export.flight_file import FlightFile, Waypoint
 from planner.export.line import Line, line_of, simplified
 from planner.export.mavlink import Autopilot
 from planner.export.simplified import Clear
-from planner.flight.airspace import Airspace
+from planner.flight.airspace import Airspace, Point
 from planner.flight.as_flown import Battery, home_in_time, line_flown
 from planner.flight.law import Aircraft, FlightLaw
 from planner.flight.track import Track
@@ -84,7 +84,7 @@ def run_flight(
         _tolerance_m(opened) if tolerance_m is None else tolerance_m,
         None if opened.airspace is None else _clear(opened.airspace),
     )
-    law, battery = aircraft.law, _battery(uav, aircraft, opened.return_to_m)
+    law, battery = aircraft.law, _battery(uav, aircraft, opened)
     way = _Way(line.xy_m, line.hold_s, line.streets)
     if other:  # the plan's own aircraft comes home in time, and sooner past fewer corners
         way = _home_in_time(way, law, battery)
@@ -157,14 +157,19 @@ def _tolerance_m(opened: OpenScenario) -> float:
 
 def _clear(airspace: Airspace) -> Clear:
     def clear(a: Floats, b: Floats) -> bool:
-        return airspace.sees((float(a[0]), float(a[1])), (float(b[0]), float(b[1])))
+        return airspace.sees(_point(a), _point(b))
 
     return clear
 
 
-def _battery(uav: UavSection, aircraft: Aircraft, home_m: tuple[float, float] | None) -> Battery:
+def _point(place: Floats) -> Point:
+    return float(place[0]), float(place[1])
+
+
+def _battery(uav: UavSection, aircraft: Aircraft, opened: OpenScenario) -> Battery:
     lasts_s = np.inf if uav.max_flight_time_s is None else uav.max_flight_time_s
-    return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps)
+    home_m, headwind_mps = opened.return_to_m, aircraft.headwind_mps
+    return Battery(lasts_s, aircraft.reserve_s, home_m, headwind_mps, opened.airspace)
 
 
 class _Way(NamedTuple):
@@ -185,10 +190,12 @@ class _Way(NamedTuple):
 def _home_in_time(way: _Way, law: FlightLaw, battery: Battery) -> _Way:
     """Return a way as far as the battery lasts, and the way home."""
     xy_m, hold_s = home_in_time(way.xy_m, way.hold_s, law, battery)
-    pieces = len(xy_m) - 1
-    streets = way.streets[:pieces]
-    if battery.home_m is not None and not np.array_equal(xy_m, way.xy_m):
-        streets = (*way.streets[: max(0, pieces - 1)], "")[:pieces]
+    same = np.all(xy_m[: len(way.xy_m)] == way.xy_m[: len(xy_m)], axis=1)
+    turns = len(same) - 1 if same.all() else int(np.argmin(same))  # the last place before home
+    if np.array_equal(xy_m[turns:], battery.way_home(_point(xy_m[turns - 1]))):
+        turns -= 1
+    streets = way.streets[:turns]
+    streets = (*streets, *[""] * (len(xy_m) - 1 - len(streets)))
     return _Way(xy_m, hold_s, streets)
 
 

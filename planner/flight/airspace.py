@@ -149,6 +149,19 @@ class Airspace:
             )
         return path
 
+    def way_from_flight(self, place: Point, to: Point) -> list[Point]:
+        """Return the shortest way on from a place of a flight, which rounding may have moved out.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self.allows(place):
+            return self.shortest_path(place, to)
+        inside = _nearest(self.free, np.array(place)) or place
+        return [place, *self.shortest_path(inside, to)[1:]]
+
     def refuse(self, track: Track) -> None:
         """Do nothing if a flight keeps to the airspace.
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats
+from planner.flight.airspace import Airspace, Point
 from planner.flight.law import FlightLaw, TimedFlight, timed
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
 from planner.flight.track import Track
@@ -27,16 +28,40 @@ class Battery:
     reserve_s: float = 0.0
     home_m: tuple[float, float] | None = None  # where it lands, metres; None: where it is
     headwind_mps: float = 0.0  # on the way home
+    airspace: Airspace | None = None  # that the way home keeps to; None: it is straight
+
+    def way_home(self, place: Point) -> Floats:
+        """Return the way home from a place, (k, 2) metres, without the place; none from home."""
+        if self.home_m is None or place == self.home_m:
+            return np.zeros((0, 2))
+        if self.airspace is None:
+            return np.array([self.home_m])
+        return np.array(self.airspace.way_from_flight(place, self.home_m)[1:])
 
     def home_s(self, xy_m: Floats, law: FlightLaw) -> Floats:
         """Return the seconds from places, (..., 2) metres, to the ground at home."""
         if self.home_m is None:
             return np.full(np.shape(xy_m)[:-1], law.descend_s)
-        away_m = np.hypot(xy_m[..., 0] - self.home_m[0], xy_m[..., 1] - self.home_m[1])
+        away_m, corners = self._away(xy_m)
         speed = law.speed_mps - self.headwind_mps
         flies_s = away_m / speed if speed > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
         turns_s = TURNS * law.speed_mps / law.acceleration_mps2
-        return np.asarray(flies_s + np.where(away_m > 0.0, turns_s, 0.0) + law.descend_s)
+        stops_s = corners * (law.speed_mps / law.acceleration_mps2)
+        return np.asarray(flies_s + np.where(away_m > 0.0, turns_s, 0.0) + law.descend_s + stops_s)
+
+    def _away(self, xy_m: Floats) -> tuple[Floats, Floats]:
+        """Return how far places are from home, metres, and the corners on the way."""
+        assert self.home_m is not None
+        if self.airspace is None:
+            away_m = np.hypot(xy_m[..., 0] - self.home_m[0], xy_m[..., 1] - self.home_m[1])
+            return away_m, np.zeros_like(away_m)
+        rows = []
+        for x_m, y_m in np.reshape(xy_m, (-1, 2)).tolist():
+            way = self.way_home((x_m, y_m))
+            steps_m = np.diff(np.vstack([[x_m, y_m], way]), axis=0)
+            rows.append((float(np.hypot(*steps_m.T).sum()), max(0, len(way) - 1)))
+        away_m, corners = np.array(rows, dtype=np.float64).reshape(*np.shape(xy_m)[:-1], 2).T
+        return away_m.T, corners.T
 
 
 def track_points(xy_m: Floats, flight: TimedFlight, law: FlightLaw) -> tuple[Floats, Floats]:
@@ -79,9 +104,8 @@ def home_in_time(
     if len(short):
         turn_s = _turn(after_s, spare_s, int(short[0]))
         xy_m, hold_s = _cut(xy_m, hold_s, flight, (after_s, places), turn_s)
-    if battery.home_m is None or np.array_equal(xy_m[-1], battery.home_m):
-        return xy_m, hold_s
-    return np.vstack([xy_m, battery.home_m]), np.append(hold_s, 0.0)
+    way = battery.way_home((float(xy_m[-1, 0]), float(xy_m[-1, 1])))
+    return np.vstack([xy_m, way]), np.append(hold_s, np.zeros(len(way)))
 
 
 def _length(xy_m: Floats, leg: int) -> float:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.detection.evaluate import evaluate
+from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, as_flown
 from planner.flight.law import Aircraft
 from planner.flight.plan import Plan
@@ -58,17 +59,16 @@ def at_speed(problem: Problem, speed_mps: float) -> Problem:
     return problem.replace(uav=even)
 
 
-def battery_of(uav: Uav, aircraft: Aircraft) -> Battery:
+def battery_of(uav: Uav, aircraft: Aircraft, airspace: Airspace | None = None) -> Battery:
     """Return how long an aircraft may be in the air, and where it has to be then."""
-    return Battery(
-        uav.max_flight_time_s, aircraft.reserve_s, uav.return_to_m, aircraft.headwind_mps
-    )
+    lasts_s, home_m = uav.max_flight_time_s, uav.return_to_m
+    return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps, airspace)
 
 
 def _flown(
     found: SearchResult, problem: Problem, aircraft: Aircraft, planned_mps: float
 ) -> SearchResult:
-    battery = battery_of(problem.uav, aircraft)
+    battery = battery_of(problem.uav, aircraft, problem.airspace)
     return replace(found, plan=as_flown(found.plan, aircraft.law, battery, planned_mps=planned_mps))
 
 

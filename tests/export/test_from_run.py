@@ -176,6 +176,7 @@ def test_simplified_it_keeps_to_the_airspace() -> None:
     for tolerance_m in (0.0, 100.0, 200.0):
         run = written(around, "uav.max_flight_time_s=6000", tolerance_m=tolerance_m)
         assert told(run) == []
+    assert told(written(around)) == []  # home by its battery, around the area
 
 
 def test_a_fence_is_the_part_that_is_flown() -> None:

@@ -58,6 +58,21 @@ def test_every_method_keeps_to_the_airspace(name: str, home: bool) -> None:
         assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.uav_xy_m)
 
 
+def test_a_real_aircraft_comes_home_around_the_areas() -> None:
+    real = ("acceleration_mps2=2", "corner_m=10", "climb_mps=5", "descend_mps=5")
+    overrides = [f"uav.{one}" for one in (*real, "max_flight_time_s=1300", "return_to=start")]
+    between = "airspace.no_fly=[[-20000,-1000],[-10000,-1000],[-10000,1500],[-20000,1500]]"
+    scenario = opened(between, *overrides)
+    assert scenario.airspace is not None
+    recorder = Recorder(scenario, 1)
+    plan = make_plan(method_named("rate"), scenario, recorder, recorder.planning().futures).plan
+    (track,) = plan.tracks
+    scenario.airspace.refuse(track)
+    assert track.x_m.max() > 0.0  # beyond the area
+    assert plan.end_s <= 1300.0 * 0.8 + 1e-6
+    assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.uav_xy_m)
+
+
 def test_figures_are_those_of_the_flight_around() -> None:
     scenario = opened(BOX)
     recorder = Recorder(scenario, 1)
