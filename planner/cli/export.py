@@ -35,6 +35,18 @@ FOLDER = "flight"  # in the run's
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `planner export`."""
     add_run(parser)
+    _add_files(parser)
+    _add_flight(parser)
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="only tell what is wrong with the flight, and write it all the same",
+    )
+    add_jobs(parser)
+    parser.add_argument("--force", action="store_true", help="overwrite the files in DIR")
+
+
+def _add_files(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o",
         "--output",
@@ -61,6 +73,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="autopilots' heights are above the launch point, or above terrain that they know of "
         "(default: %(default)s)",
     )
+
+
+def _add_flight(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--aircraft",
         type=path,
@@ -88,13 +103,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LAT,LON",
         help="where x and y are 0, for a net without a projection (south: --origin=-33.9,18.4)",
     )
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="only tell what is wrong with the flight, and write it all the same",
-    )
-    add_jobs(parser)
-    parser.add_argument("--force", action="store_true", help="overwrite the files in DIR")
 
 
 def run(arguments: argparse.Namespace) -> int:
