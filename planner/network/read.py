@@ -15,10 +15,9 @@ from planner.arrays import Flags, Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.network.build import build_net, import_osm
-from planner.network.exits import found_exits, with_exits
+from planner.network.exits import found_exits, named_exits, with_exits
 from planner.network.net_file import credit_in, net_behind
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
 from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
@@ -157,17 +156,8 @@ def _network(
     credit = attribution or credit_in(path)
     network = RoadNetwork(**columns, path=path, sha256=sha256, source=source, attribution=credit)
     if exits is not None:
-        return with_exits(network, _named_exits(network, exits))
+        return with_exits(network, named_exits(network, exits))
     return network if network.is_abstract else with_exits(network, found)
-
-
-def _named_exits(network: RoadNetwork, names: Sequence[str]) -> Flags:
-    exits = np.zeros(len(network.edge_ids), bool)
-    for name in names:
-        if name not in network.edge_index:
-            raise InputError(f"{network.given_as}: exits: {name} {no_edge(name, network)}")
-        exits[network.edge_index[name]] = True
-    return exits
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd extents are refused for what they are
