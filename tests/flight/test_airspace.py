@@ -14,12 +14,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from planner.errors import InputError
-from planner.flight.airspace import MARGIN_M, Airspace, Point
+from planner.flight.airspace import MARGIN_M, Airspace
 from planner.flight.around import legs_around, stops_around
 from planner.flight.legs import Legs
 from planner.flight.plan import legs_flown
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+from planner.flight.ways import Point
 from support.instances import figure3
 
 SQUARE = shapely.box(4.0, -1.0, 6.0, 1.0)
@@ -118,7 +119,7 @@ def test_ways_are_the_shortest_in_the_graph_of_all_corners(
     a, b = (ends[0], ends[1]), (ends[2], ends[3])
     assume(a != b and space.connects(a, b))
     graph = nx.Graph()
-    places = [a, b, *map(tuple, space.corners.tolist())]
+    places = [a, b, *map(tuple, space.ways.corners[:, 1].tolist())]
     for i, p in enumerate(places):
         for q in places[:i]:
             if space.free.covers(shapely.LineString([p, q])):
