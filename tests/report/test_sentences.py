@@ -52,6 +52,15 @@ def test_a_certificate_in_seconds_and_as_probability() -> None:
     assert said.endswith("gap 25.0%")
 
 
+def test_a_certificate_of_any_flight_says_what_its_files_prove() -> None:
+    said = remarks.certificate_line(Certificate(1100.0, 1000.0, "free", physics=880.0), None)
+    assert said.endswith("gap 10.0% (as computed; the files prove 880 s, gap 25.0%)")
+    said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=1.0), 600.0)
+    assert said.endswith("gap 25.0% (as computed; the files prove 100.0%, gap 40.0%)")
+    said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=0.8), 600.0)
+    assert said.endswith("(each target met as early as can be: this time gave no better bound)")
+
+
 def test_a_gap_that_is_not_reached_and_a_limit() -> None:
     assert "10.0%, is not reached" in remarks.gap_line(0.1)
     assert "below 1,000 s (10 sets)" in remarks.limit_line(1000.0, 10, None)
