@@ -26,9 +26,10 @@ from planner.belief.routes import (
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
-from planner.messages import as_written, suggestion
+from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s
+from planner.network.street_names import no_edge
 from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
@@ -211,10 +212,7 @@ def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
         raise InputError("route: is empty; name at least one edge")
     for name in route:
         if name not in network.edge_index:
-            if name in network.closed_edges:
-                raise InputError(f"route: {name} is not for cars; name edges that a car may use")
-            hint = suggestion(name, network.edge_ids)
-            raise InputError(f"route: {name} is not an edge of the network; {hint}")
+            raise InputError(f"route: {name} {no_edge(name, network)}")
     edges = [network.edge_index[name] for name in route]
     for before, after in pairwise(edges):
         ways = network.turns(before, back=True)

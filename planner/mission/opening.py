@@ -17,7 +17,7 @@ from planner.messages import as_written, suggestion
 from planner.mission.known_target import known_target, told_once
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
@@ -87,7 +87,7 @@ def open_scenario(
             faults += _far_faults(draft, draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
-    scenario = draft.scenario()
+    scenario = draft.scenario(in_town=not network.is_abstract)
     return OpenScenario(
         scenario=scenario,
         network=network,

@@ -9,6 +9,7 @@ from planner.scenario.sections import (
     OF_SUMO,
     GreedySection,
     NetworkSection,
+    Scenario,
     SearchSection,
     TargetSection,
     UavSection,
@@ -115,7 +116,7 @@ def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]
         )
 
 
-def fastest_mps(target: TargetSection) -> float:
+def _fastest_mps(target: TargetSection) -> float:
     """Return the highest speed of a target, or of a component of its mixture."""
     return max(
         part.speed_mps.high * (part.flees.factor if part.flees else 1.0)
@@ -123,8 +124,10 @@ def fastest_mps(target: TargetSection) -> float:
     )
 
 
-def slow_uav_warning(uav: UavSection, fastest_mps: float) -> str | None:
+def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
+    uav = scenario.uav
+    fastest_mps = max(map(_fastest_mps, (scenario.target, scenario.truth)))
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

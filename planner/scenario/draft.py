@@ -61,8 +61,13 @@ class Draft:
         """Where the scenario's relative paths start."""
         return self.path.parent
 
-    def scenario(self) -> Scenario:
+    def scenario(self, *, in_town: bool = False) -> Scenario:
         """Return the sound scenario; a UAV that is hardly faster than its target is logged.
+
+        Parameters
+        ----------
+        in_town
+            Whether that is usual, so that `planner check` alone tells it.
 
         Raises
         ------
@@ -73,10 +78,9 @@ class Draft:
             raise ScenarioError(str(self.path), self.faults)
         sections = {key: getattr(self, key) for key in SECTIONS}
         scenario = Scenario(path=self.path, title=self.title, **sections)
-        fastest_mps = max(map(checks.fastest_mps, (scenario.target, scenario.truth)))
-        warning = checks.slow_uav_warning(scenario.uav, fastest_mps)
+        warning = checks.slow_uav_warning(scenario)
         if warning:
-            log.warning("%s", warning)
+            log.log(logging.INFO if in_town else logging.WARNING, "%s", warning)
         return scenario
 
 

@@ -51,7 +51,8 @@ class NetworkSection(Section):
     )
     net: str | None = Field(
         default=None,
-        description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
+        description="the path of a SUMO .net.xml or .sumocfg file, or of an OpenStreetMap file; "
+        "after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
     exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
@@ -82,8 +83,8 @@ class TargetSection(Section):
 
     start: Start = Field(
         description='"anywhere", a list of edges, a table of edges and their probabilities, '
-        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
-        "or { taz, file }"
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
+        "{ area } or { taz, file }"
     )
     goes: Goes | None = Field(
         default=None,
