@@ -91,8 +91,8 @@ class TargetSection(Section):
 
     start: Start = Field(
         description='"anywhere", a list of edges, a table of edges and their probabilities, '
-        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
-        "or { taz, file }"
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
+        "{ area } or { taz, file }"
     )
     goes: Goes | None = Field(
         default=None,
