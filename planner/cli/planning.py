@@ -250,6 +250,8 @@ def _blocks(
         yield from sentences.prospects_lines(found.prospects)
     hint = sentences.particles_hint(trial.planned, trial.evaluated, opened.scenario.search.sampling)
     same_belief = opened.scenario.truth == opened.scenario.target
+    if not opened.network.is_abstract and not own:
+        hint = sentences.few_in_town(len(trial.planned.weight)) or hint
     if hint and same_belief and not own:
         yield hint
     if trial.result.stopped:

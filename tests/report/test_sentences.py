@@ -77,6 +77,13 @@ def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
     assert "at most 11.0 points below the best" in said
 
 
+def test_few_particles_in_a_town_are_told() -> None:
+    said = remarks.few_in_town(400)
+    assert said is not None
+    assert said.startswith("planned on 400 particles: in towns")
+    assert remarks.few_in_town(1000) is None
+
+
 def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
     ceiling = Evaluation(
         np.array([10.0, np.inf]), np.full(2, 0.5), np.full(2, 900.0), Objective(1000.0)
