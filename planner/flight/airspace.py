@@ -86,7 +86,7 @@ class Airspace:
 
         if place not in self._searched:
             reach = self.reach(place)
-            area = reach if self.within is None else reach.intersection(self.within)
+            area = reach if self.within is None else _polygons(reach.intersection(self.within))
             shapely.prepare(area)
             self._searched[place] = area
         return self._searched[place]
@@ -146,6 +146,13 @@ class Airspace:
             raise InputError("the flight leads through a no-fly area of [airspace]; plan again")
         if self.fence is not None and not _grown(self.fence, TOUCH_M).covers(line):
             raise InputError("the flight leaves the fence of [airspace]; plan again")
+
+
+def _polygons(area: Area) -> Area:
+    """Return the polygons of an intersection, without the lines and points where two touch."""
+    import shapely
+
+    return shapely.MultiPolygon([part for part in shapely.get_parts(area) if part.area > 0.0])
 
 
 def _nearest(area: Area, place: Floats) -> Point | None:

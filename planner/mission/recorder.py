@@ -225,6 +225,8 @@ def make_plan(
     ------
     NotApplicableError
         If the method cannot work on this problem.
+    InputError
+        If its flight does not keep to the airspace.
     """
     problem = problem_of(opened, futures, method=method).replace(holdout=holdout)
     budget = budget or budget_of(opened)
@@ -237,6 +239,8 @@ def make_plan(
         return planner(problem, budget=budget, rng=rng)
     searched, roads = searched_problem(problem)
     found = planner(searched, budget=budget, rng=rng)
+    for track in found.plan.tracks:
+        problem.airspace.refuse(track)
     return replace(found, plan=named_as_before(found.plan, roads))
 
 

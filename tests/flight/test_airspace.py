@@ -192,6 +192,19 @@ def test_whoever_has_to_land_turns_in_time_for_the_way_around() -> None:
         assert plan.end_s <= uav.landing_s + 1e-6
 
 
+def test_the_nearest_place_that_is_searched() -> None:
+    touching = shapely.union_all(
+        [shapely.box(0.0, 1.0, 4.0, 3.0), shapely.box(6.0, -1.0, 9.0, 0.0)]
+    )
+    space = Airspace(no_fly=SQUARE, within=touching)
+    start = (0.0, 5.0)
+    near = space.nearest_searched(np.array([[1.0, 2.0], [2.0, 0.0], [5.0, 9.0]]), start)
+    assert near[0] == (1.0, 2.0)
+    assert near[1] == pytest.approx((2.0, 1.0), abs=1e-3)
+    assert math.dist(near[2], (3.9, 3.0)) < 0.2
+    assert all(space.searched(start).covers(shapely.Point(place)) for place in near)
+
+
 def test_roads_outside_are_not_searched() -> None:
     space = Airspace(within=shapely.box(-1.0, -5e3, 10_001.0, 5e3))
     names = [NET.road_ids[k] for k in np.flatnonzero(space.roads_searched(NET, START))]
