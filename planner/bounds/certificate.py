@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from planner.arrays import Floats
+from planner.bounds.any_flight import STARTS, most_of_any_flight
 from planner.bounds.branch_and_bound import Prefix, Search
-from planner.bounds.group_hunts import GroupHunts
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
@@ -20,7 +20,6 @@ from planner.search.problem import Problem
 from planner.search.result import TracePoint
 from planner.search.stop import Stop, WorkDone
 
-STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # of what a plan earns: prices to try as the first ones
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a prefix
 USUAL = WorkDone(STEPS)
 
@@ -100,20 +99,13 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         return gap <= effort.gap or effort.stop(step)
 
     if not on_roads:
-        bound = objective.value(GroupHunts(problem, earliest_s).most(stop))
+        bound = objective.value(most_of_any_flight(problem, earliest_s, earned, stop))
         physics = objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)
     bin_s = movements.fitting_bin_s
     search = _searched(movements, bin_s, earned, stop)
     bound = objective.value(min(search.bound, most))
     return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
-
-
-def bound_of_flights(problem: Problem) -> float:
-    """Return a figure on a problem's particles that no flight beats, on roads or off them."""
-    earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
-    hunts = GroupHunts(problem, earliest_s)
-    return problem.objective.value(hunts.most(lambda _: False))
 
 
 def proven_bound(movements: Movements, certificate: Certificate) -> float:

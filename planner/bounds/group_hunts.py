@@ -20,10 +20,12 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.bounds.kernels.group_orders import Whereabouts, most_reward, onward
+from planner.bounds.whereabouts import driven_at, is_there, places_at
+from planner.futures.futures import Futures
 from planner.search.problem import Problem
 
 SIZES = (8, 12, 16)  # of groups, one after the other; time and memory grow as 2 ** size
-STEPS = 200  # in which all groups of a size are bounded
+STEPS = 100  # in which all groups of a size are bounded
 MOST_BINS = 10_000
 PER_RADIUS = 10  # bins in which the UAV flies as far as it sees
 LATE = (0.5, 0.9)  # shares of what can be met: when they are, particles are told apart by place
@@ -61,7 +63,8 @@ class GroupHunts:
     def reward(self, group: Ints) -> float:
         """Return a reward that no flight earns more than with a group of particles."""
         problem, starts_s = self.problem, self._starts_s
-        places = _whereabouts(problem, group, np.append(starts_s, starts_s[-1] + self._bin_s))
+        edges_s = np.append(starts_s, starts_s[-1] + self._bin_s)
+        places = _whereabouts(problem.futures, group, edges_s)
         bins = (self.earliest_s[group] - starts_s[0]) / self._bin_s - ROUNDING
         first = np.clip(bins, 0.0, len(starts_s)).astype(np.int32)
         around_m = 2.0 * problem.sensor.radius_m + ROUNDING_M
@@ -99,7 +102,8 @@ class GroupHunts:
         if len(found) == 0:
             return []
         at_s = np.quantile(self.earliest_s[found], LATE)
-        places = np.array([_places(self.problem, k, at_s).ravel() for k in found.tolist()])
+        futures = self.problem.futures
+        places = np.array([places_at(futures, k, at_s).ravel() for k in found.tolist()])
         clusters = [found[rows] for rows in split(places, np.arange(len(found)), size)]
         return [
             np.array([cluster[i] for cluster in clusters if i < len(cluster)])
@@ -124,26 +128,12 @@ def split(places: Floats, rows: Ints, parts: int) -> Iterator[Ints]:
             yield from split(places, np.sort(some), into)
 
 
-def _places(problem: Problem, k: int, at_s: Floats) -> Floats:
-    """Return where a particle is at some times, (2, times) metres; where it began or ended."""
-    futures = problem.futures
-    knots = slice(futures.first_knot[k], futures.first_knot[k + 1])
-    return np.stack(
-        [np.interp(at_s, futures.time_s[knots], of[knots]) for of in (futures.x_m, futures.y_m)]
-    )
-
-
-def _whereabouts(problem: Problem, group: Ints, edges_s: Floats) -> Whereabouts:
+def _whereabouts(futures: Futures, group: Ints, edges_s: Floats) -> Whereabouts:
     """Return where particles are in the bins between some times, (bins + 1,)."""
-    futures, shape = problem.futures, (len(group), len(edges_s) - 1)
-    x_m, y_m, strays_m = np.empty(shape), np.empty(shape), np.empty(shape)
-    is_there = np.empty(shape, dtype=bool)
+    shape = (len(group), len(edges_s) - 1)
+    xy_m, strays_m, there = np.empty((2, *shape)), np.empty(shape), np.empty(shape, dtype=bool)
     for i, k in enumerate(group.tolist()):
-        knots = slice(futures.first_knot[k], futures.first_knot[k + 1])
-        time_s, x, y = futures.time_s[knots], futures.x_m[knots], futures.y_m[knots]
-        driven_m = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
-        x_m[i], y_m[i] = _places(problem, k, edges_s[:-1])
-        strays_m[i] = np.diff(np.interp(edges_s, time_s, driven_m))
-        left_s = time_s[-1] if futures.gone[k] else np.inf
-        is_there[i] = (edges_s[1:] >= time_s[0]) & (edges_s[:-1] <= left_s)
-    return Whereabouts(x_m, y_m, strays_m, is_there)
+        xy_m[:, i] = places_at(futures, k, edges_s[:-1])
+        strays_m[i] = np.diff(driven_at(futures, k, edges_s))
+        there[i] = is_there(futures, k, edges_s)
+    return Whereabouts(xy_m[0], xy_m[1], strays_m, there)

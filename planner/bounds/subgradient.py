@@ -1,11 +1,12 @@
 """Better and better prices: a bound that may be stopped at any time."""
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.particle_prices import Table
+from planner.bounds.particle_prices import Bounded
 
 PATIENCE = 8  # steps without a lower bound, after which they grow shorter
 SHORTER, INERTIA = 0.7, 0.7
@@ -13,8 +14,23 @@ AIM = 0.3  # of the gap left, below the lowest bound: the bound that a step aims
 SHORTEST = 1e-3
 
 
+class Priced(Protocol):
+    """What any prices prove a bound with."""
+
+    @property
+    def weight(self) -> Floats:
+        """Of each particle, (N,); 0: it does not count."""
+
+    @property
+    def floor(self) -> Floats:
+        """The least price of each particle, (N,)."""
+
+    def bound(self, prices: Floats) -> Bounded:
+        """Return the greatest expected reward that prices, (N,), allow."""
+
+
 def lowest(
-    table: Table,
+    table: Priced,
     prices: Floats,
     value: float,
     *,

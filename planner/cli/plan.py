@@ -50,8 +50,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--free",
-        action="store_true",
-        help="let `best` leave the roads: turn around, hover, cut across",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="whether `best` may leave the roads: turn around, hover, cut across; left out: it "
+        "may in towns, not on abstract nets",
     )
     parser.add_argument(
         "--futures",
@@ -102,10 +104,11 @@ def _overrides(arguments: argparse.Namespace) -> list[str]:
         raise InputError(
             f"--begin {clock(arguments.begin)}: goes with --futures only; leave it out"
         )
-    if arguments.free:
+    if arguments.free is not None:
+        option = "--free" if arguments.free else "--no-free"
         if arguments.method != "best":
-            raise InputError(f"--free: goes with --method best, not with {arguments.method}")
-        overrides.append("search.free=true")
+            raise InputError(f"{option}: goes with --method best, not with {arguments.method}")
+        overrides.append(f"search.free={str(arguments.free).lower()}")
     if arguments.tick is not None:
         if arguments.method != "greedy":
             raise InputError(f"--tick {arguments.tick:g}: goes with --method greedy only")

@@ -246,12 +246,7 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row)
-    if not opened.network.is_abstract:
-        yield from sentences.prospects_lines(found.prospects)
-    hint = sentences.particles_hint(trial.planned, trial.evaluated, opened.scenario.search.sampling)
-    same_belief = opened.scenario.truth == opened.scenario.target
-    if hint and same_belief and not own:
-        yield hint
+    yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
     if own:
@@ -266,6 +261,20 @@ def _blocks(
         yield f"written to {arguments.output}"
     else:
         yield "not saved; add -o DIR for plan.json, a picture, and what sumo-gui shows"
+
+
+def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
+    """Yield who leaves the map, and whether the plan was made on too few particles."""
+    scenario, trial, hint = opened.scenario, found.trial, None
+    if not opened.network.is_abstract:
+        yield from sentences.prospects_lines(found.prospects)
+        hint = sentences.few_in_town(len(trial.planned.weight))
+    if own or scenario.truth != scenario.target:
+        return
+    sampling = scenario.search.sampling
+    hint = hint or sentences.particles_hint(trial.planned, trial.evaluated, sampling)
+    if hint:
+        yield hint
 
 
 class _Watch:

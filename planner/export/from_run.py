@@ -11,10 +11,11 @@ from planner.export.flight_file import FlightFile, Waypoint
 from planner.export.line import Line, line_of, simplified
 from planner.export.mavlink import Autopilot
 from planner.export.simplified import Clear
-from planner.flight.airspace import Airspace, Point
+from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, home_in_time, line_flown
 from planner.flight.law import Aircraft, FlightLaw
 from planner.flight.track import Track
+from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan

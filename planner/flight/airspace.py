@@ -2,27 +2,19 @@
 
 The one place that knows: planners get their ways from it, and whatever leaves the program is held
 against it. Ways keep `MARGIN_M` clear of what is forbidden, so that a flight written with fewer
-digits still keeps out. They are shortest paths in the visibility graph of the corners of all areas
-(Lozano-Perez and Wesley 1979, "An algorithm for planning collision-free paths among polyhedral
-obstacles").
+digits still keeps out.
 """
 
-import heapq
-import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
 
 import numpy as np
 
 from planner.arrays import Flags, Floats
 from planner.errors import InputError
 from planner.flight.track import Track
+from planner.flight.ways import Area, Point, Ways
 from planner.network.road_network import RoadNetwork
-
-Area: TypeAlias = Any  # of shapely: one polygon or several, metres in the net's plane
-Point: TypeAlias = tuple[float, float]  # metres
 
 MARGIN_M = 0.1  # that flights stay clear of what is forbidden; degrees in files are good to 0.001
 SHARPEST = 5.0  # margins: corners sharper than that are cut
@@ -39,7 +31,6 @@ class Airspace:
     fence: Area | None = None
     within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
     _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
-    _sight: dict[int, list[int]] = field(default_factory=dict, repr=False)  # corner to corners
 
     @cached_property
     def free(self) -> Area:
@@ -56,12 +47,9 @@ class Airspace:
         return free
 
     @cached_property
-    def corners(self) -> Floats:
-        """Points at which a shortest path may turn, (K, 2) metres."""
-        import shapely
-
-        points = np.unique(shapely.get_coordinates(self.free), axis=0)
-        return np.asarray(points[np.abs(points).max(axis=1, initial=0.0) < FAR_M])
+    def ways(self) -> Ways:
+        """The shortest ways from place to place."""
+        return Ways(self.free, FAR_M)
 
     def allows(self, place: Point) -> bool:
         """Tell whether the UAV may be at a place."""
@@ -87,7 +75,9 @@ class Airspace:
 
     def sees(self, place: Point, other: Point) -> bool:
         """Tell whether the UAV may fly straight from one place to another."""
-        return bool(self._sees(place, [other])[0])
+        import shapely
+
+        return bool(self.free.covers(shapely.LineString([place, other])))
 
     def reach(self, place: Point) -> Area:
         """Return the part of the free space that can be flown to from a place that is in it."""
@@ -102,7 +92,7 @@ class Airspace:
 
         if place not in self._searched:
             reach = self.reach(place)
-            area = reach if self.within is None else reach.intersection(self.within)
+            area = reach if self.within is None else _polygons(reach.intersection(self.within))
             shapely.prepare(area)
             self._searched[place] = area
         return self._searched[place]
@@ -139,9 +129,7 @@ class Airspace:
         InputError
             If there is none: a place is forbidden, or cut off.
         """
-        if self._sees(a, [b])[0]:
-            return [a, b]
-        path = self._around(a, b)
+        path = self.ways.shortest(a, b)
         if path is None:
             raise InputError(
                 f"airspace: there is no way from ({a[0]:.8g}, {a[1]:.8g}) to "
@@ -178,53 +166,12 @@ class Airspace:
         if self.fence is not None and not _grown(self.fence, TOUCH_M).covers(line):
             raise InputError("the flight leaves the fence of [airspace]; plan again")
 
-    def _around(self, a: Point, b: Point) -> list[Point] | None:
-        """Return the shortest way by corners, by A*; ties go to the corner that comes first."""
-        corners = [(float(x), float(y)) for x, y in self.corners]
-        ends = {k for k, seen in enumerate(self._sees(b, corners)) if seen}
-        least, before = [math.inf] * len(corners), [-1] * len(corners)
-        reached: list[tuple[float, float, int]] = []
 
-        def reach(k: int, length_m: float, from_: int) -> None:
-            if length_m < least[k]:
-                least[k], before[k] = length_m, from_
-                heapq.heappush(reached, (length_m + math.dist(corners[k], b), length_m, k))
+def _polygons(area: Area) -> Area:
+    """Return the polygons of an intersection, without the lines and points where two touch."""
+    import shapely
 
-        for k in np.flatnonzero(self._sees(a, self.corners)).tolist():
-            reach(k, math.dist(a, corners[k]), -1)
-        best: tuple[float, int] | None = None
-        while reached and (best is None or reached[0][0] < best[0]):
-            bound_m, length_m, k = heapq.heappop(reached)
-            if length_m > least[k]:
-                continue
-            if k in ends and (best is None or bound_m < best[0]):
-                best = bound_m, k
-            for other in self._seen_from(k):
-                reach(other, length_m + math.dist(corners[k], corners[other]), k)
-        return None if best is None else [a, *_back(best[1], before, corners), b]
-
-    def _seen_from(self, corner: int) -> list[int]:
-        if corner not in self._sight:
-            x_m, y_m = self.corners[corner].tolist()
-            seen = self._sees((x_m, y_m), self.corners)
-            self._sight[corner] = np.flatnonzero(seen).tolist()
-        return self._sight[corner]
-
-    def _sees(self, place: Point, others: Floats | Sequence[Point]) -> Flags:
-        """Return to which other places the UAV may fly straight, (k,)."""
-        import shapely
-
-        to = np.asarray(others, dtype=np.float64).reshape(-1, 2)
-        ways = np.stack([np.broadcast_to(np.asarray(place, np.float64), to.shape), to], axis=1)
-        return np.asarray(shapely.covers(self.free, shapely.linestrings(ways)), dtype=np.bool_)
-
-
-def _back(last: int, before: Sequence[int], corners: Sequence[Point]) -> Iterable[Point]:
-    way = []
-    while last >= 0:
-        way.append(corners[last])
-        last = before[last]
-    return reversed(way)
+    return shapely.MultiPolygon([part for part in shapely.get_parts(area) if part.area > 0.0])
 
 
 def _nearest(area: Area, place: Floats) -> Point | None:

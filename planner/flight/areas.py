@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import InputError
-from planner.flight.airspace import Area
+from planner.flight.ways import Area
 from planner.guard import read_json
 from planner.network.georeference import is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
@@ -122,6 +122,9 @@ def _ring(ring: Any) -> Floats:
 def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) -> Area:
     import shapely
 
+    many = sum(len(ring) for rings in polygons for ring in rings)
+    if many > MOST_CORNERS:
+        raise InputError(f"has {many:,} corners; simplify it to {MOST_CORNERS:,} at most")
     found = []
     for rings in polygons:
         edge, *holes = [to_plane(np.asarray(ring, dtype=np.float64)) for ring in rings]
@@ -135,9 +138,6 @@ def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) ->
         found.append(polygon)
     area = shapely.union_all(found)
     _refuse_far(area, network)
-    many = len(shapely.get_coordinates(area))
-    if many > MOST_CORNERS:
-        raise InputError(f"has {many:,} corners; simplify it to {MOST_CORNERS:,} at most")
     return area
 
 

@@ -8,10 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from planner.flight.airspace import Airspace, Point
+from planner.flight.airspace import Airspace
 from planner.flight.legs import Legs
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan, Timed, track_of, track_of_legs
 from planner.flight.uav import Uav
+from planner.flight.ways import Point
 
 Stop: TypeAlias = tuple[float, float, float]  # x and y in metres, seconds of hovering there
 

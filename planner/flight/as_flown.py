@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats
-from planner.flight.airspace import Airspace, Point
+from planner.flight.airspace import Airspace
 from planner.flight.law import FlightLaw, TimedFlight, timed
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
 from planner.flight.track import Track
+from planner.flight.ways import Point
 
 OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
 TURNS = 1.5  # stops to turn for home: braking there, and accelerating and braking on the way

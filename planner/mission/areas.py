@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from planner.errors import Fault, InputError
-from planner.flight.airspace import Airspace, Area, Point
+from planner.flight.airspace import Airspace
 from planner.flight.areas import area_of_file, area_of_points
+from planner.flight.ways import Area, Point
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import missing_areas
 from planner.scenario.sections import AirspaceSection

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.bounds.certificate import bound_of_flights
+from planner.bounds.certificate import Effort, certified
 from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.mission.certificate_file import PRICES, proof_of, read_certificate
@@ -74,5 +74,5 @@ def stored_bound(plan_file: Path, plan: Plan, problem: Problem) -> dict[Kind, fl
             f"`planner certify {plan_file.parent} --force` makes a new one"
         )
     is_free = certificate.plan_class == "free"  # of which the files prove less than can be said
-    bound = bound_of_flights(problem) if is_free else certificate.bound
+    bound = certified(problem, plan, Effort()).bound if is_free else certificate.bound
     return {(certificate.plan_class, plan.take_off_s): bound}

@@ -17,6 +17,7 @@ from planner.flight.airspace import Airspace
 from planner.messages import as_written, suggestion
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
+from planner.network.georeference import grid_convergence_deg, is_georeferenced
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
@@ -331,7 +332,10 @@ def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
     if isinstance(start, PointStart):
         return start.x_m, start.y_m
     x_m, y_m = network.junction_xy_m[network.junction_index[start.node]]
-    bearing = math.radians(start.bearing_deg)  # clockwise from north
+    bearing_deg = start.bearing_deg  # clockwise from north: the true one, where that is known
+    if start.distance_m > 0.0 and is_georeferenced(network):
+        bearing_deg -= float(grid_convergence_deg(network, np.array([x_m, y_m])))
+    bearing = math.radians(bearing_deg)
     return (
         float(x_m + start.distance_m * math.sin(bearing)),
         float(y_m + start.distance_m * math.cos(bearing)),

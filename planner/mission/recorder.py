@@ -76,6 +76,23 @@ class Recorder:
         # The stream keeps the first name of these: another one would change what is drawn.
         return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
 
+    def proposals(self, recorded: Futures) -> Futures | None:
+        """Return many particles by the kinematic clock, to search on; None if there is no clock.
+
+        Parameters
+        ----------
+        recorded
+            The particles that `planning` has recorded: where signals are actuated, the clock is
+            fitted to some of them.
+        """
+        from planner.mission.proposals import PROPOSALS, proposals
+
+        sampling = self.opened.scenario.search.sampling
+        if sampling == "all":
+            return None
+        recipe = self._recipe(self.opened.prior, PROPOSALS, ("proposals",), sampling=sampling)
+        return proposals(self.opened, recipe, self.planning_particles, recorded)
+
     def evaluation(self, targets: int | None = None, *, note: Note | None = None) -> Recording:
         """Return the fresh targets on which plans are evaluated, independent draws.
 
@@ -211,11 +228,16 @@ def make_plan(
     ------
     NotApplicableError
         If the method cannot work on this problem.
+    InputError
+        If its flight does not keep to the airspace.
     """
     problem = problem_of(opened, futures, method=method).replace(holdout=holdout)
+    budget = budget or budget_of(opened)
+    # Without a holdout nothing says that the futures come from what is believed of the target.
+    if holdout is not None and (budget.free if method.moves_freely else method.proposes):
+        problem = problem.replace(proposals=recorder.proposals(futures))
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _planner(method, opened, recorder)
-    budget = budget or budget_of(opened)
 
     def search(asked: Problem) -> SearchResult:
         if asked.airspace is None:
@@ -224,13 +246,23 @@ def make_plan(
         found = planner(searched, budget=budget, rng=rng)
         return replace(found, plan=named_as_before(found.plan, roads))
 
-    return search(problem) if problem.uav.aircraft is None else planned_to_fly(search, problem)
+    found = search(problem) if problem.uav.aircraft is None else planned_to_fly(search, problem)
+    if problem.airspace is not None:
+        for track in found.plan.tracks:
+            problem.airspace.refuse(track)
+    return found
 
 
 def budget_of(opened: OpenScenario) -> Budget:
     """Return how much a scenario lets planners do."""
     search = opened.scenario.search
-    return Budget(roads=search.depth, work=search.work, free=search.free)
+    return Budget(roads=search.depth, work=search.work, free=may_leave_roads(opened))
+
+
+def may_leave_roads(opened: OpenScenario) -> bool:
+    """Return whether `best` may leave the roads; in towns unless the scenario says otherwise."""
+    free, sees = opened.scenario.search.free, opened.scenario.sensor.detects_in_transit
+    return sees and not opened.network.is_abstract if free is None else free
 
 
 def _planner(

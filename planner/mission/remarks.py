@@ -22,16 +22,19 @@ def scenario_remarks(opened: OpenScenario) -> list[str]:
 
 
 def _yards(opened: OpenScenario) -> Iterator[str]:
-    network = opened.network
-    if isinstance(opened.scenario.target.start, str) or network.is_abstract:
+    start, network = opened.scenario.target.start, opened.network
+    if isinstance(start, str) or network.is_abstract:
         return
-    starts = sum(part.edge_probability for part in parts_of(opened.prior))
-    for index in np.flatnonzero(starts).tolist():
-        edge, metres = network.edge_ids[index], reach_m(network, index)
+    probability = sum(prior.edge_probability for prior in parts_of(opened.prior))
+    for edge in np.flatnonzero(probability).tolist():
+        metres = reach_m(network, edge)
         if metres < YARD_SHARE * float(network.edge_length_m.sum()):
+            key = f"target.start.{network.edge_ids[edge]}: is"
+            if not isinstance(start, dict):
+                key = f"target.start: {network.edge_ids[edge]}, which is part of it, is"
             yield (
-                f"target.start.{edge}: is a yard: no car gets farther from there than "
-                f"{metres:,.0f} m of roads, and none leaves the map"
+                f"{key} a yard: no car gets farther from there than {metres:,.0f} m of roads, and "
+                "none leaves the map"
             )
 
 

@@ -156,7 +156,7 @@ def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]
         )
 
 
-def fastest_mps(target: TargetSection) -> float:
+def _fastest_mps(target: TargetSection) -> float:
     """Return the highest speed of a target, or of a component of its mixture."""
     return max(
         part.speed_mps.high * (part.flees.factor if part.flees else 1.0)
@@ -167,12 +167,12 @@ def fastest_mps(target: TargetSection) -> float:
 def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
     uav = scenario.uav
-    fastest = max(map(fastest_mps, (scenario.target, scenario.truth)))
-    if uav.speed_mps >= MUCH_FASTER * fastest:
+    fastest_mps = max(map(_fastest_mps, (scenario.target, scenario.truth)))
+    if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (
         f"uav.speed_mps: {as_written(uav.speed_mps)} m/s is less than {MUCH_FASTER:g} times the "
-        f"fastest target ({as_written(fastest)} m/s); "
+        f"fastest target ({as_written(fastest_mps)} m/s); "
         "the method assumes a UAV that is much faster"
     )
 

@@ -94,8 +94,8 @@ class TargetSection(Section):
 
     start: Start = Field(
         description='"anywhere", a list of edges, a table of edges and their probabilities, '
-        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
-        "or { taz, file }"
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
+        "{ area } or { taz, file }"
     )
     goes: Goes | None = Field(
         default=None,
@@ -304,8 +304,10 @@ class SearchSection(Section):
         default=80_000,
         description="how many simulated legs a search may fly, such as 80000",
     )
-    free: bool = Field(
-        default=False, description="true if the best plan may leave the roads, else false"
+    free: bool | None = Field(
+        default=None,
+        description="true if the best plan may leave the roads, else false; left out: in towns "
+        "it may, on abstract nets not",
     )
     planning_time_s: Seconds = Field(
         default=0.0, description="the time charged for planning by simulation, as seconds or H:M:S"

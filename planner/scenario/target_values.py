@@ -21,6 +21,8 @@ from planner.scenario.values import (
     probability_fault,
 )
 
+Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 MOST_FACTOR = 3.0  # of what a limit allows
 
@@ -43,6 +45,17 @@ class CircleStart(Section):
 
     x_m: Metres = Field(description="metres to the east")
     y_m: Metres = Field(description="metres to the north")
+    radius_m: Radius = Field(description="within how many metres of it the target was, such as 50")
+    heading_deg: Finite | None = Field(
+        default=None, description="the compass heading (0 north, 90 east), or leave it out"
+    )
+
+
+class LonLatStart(Section):
+    """The same by longitude and latitude."""
+
+    lon: Longitude = Field(description="degrees east, such as 13.52")
+    lat: Latitude = Field(description="degrees north, such as 52.43")
     radius_m: Radius = Field(description="within how many metres of it the target was, such as 50")
     heading_deg: Finite | None = Field(
         default=None, description="the compass heading (0 north, 90 east), or leave it out"
@@ -94,6 +107,8 @@ def _sound_stretches(stretches: tuple[StretchStart, ...]) -> tuple[StretchStart,
 
 
 FORMS: dict[str, type[Section]] = {
+    "lon": LonLatStart,
+    "lat": LonLatStart,
     "x_m": CircleStart,
     "y_m": CircleStart,
     "radius_m": CircleStart,
@@ -125,6 +140,7 @@ Start = Annotated[
         Tag("~StretchStart"),
     ]
     | Annotated[CircleStart, Tag("~CircleStart")]
+    | Annotated[LonLatStart, Tag("~LonLatStart")]
     | Annotated[AreaStart, Tag("~AreaStart")]
     | Annotated[TazStart, Tag("~TazStart")],
     Discriminator(_start_form),
@@ -137,6 +153,8 @@ class Goal(Section):
     edge: Name | None = Field(default=None, description="the name of an edge")
     x_m: Metres | None = Field(default=None, description="metres to the east")
     y_m: Metres | None = Field(default=None, description="metres to the north")
+    lon: Longitude | None = Field(default=None, description="degrees east, such as 13.52")
+    lat: Latitude | None = Field(default=None, description="degrees north, such as 52.43")
     radius_m: Radius | None = Field(
         default=None, description="within how many metres, or leave it out for the nearest road"
     )
@@ -154,12 +172,19 @@ class Goal(Section):
         if given - {"p"} not in GOALS:
             raise ValueError(
                 f"gives {' and '.join(sorted(given - {'p'})) or 'no place'}; write {{ edge, p }}, "
-                "{ x_m, y_m, radius_m, p } or { taz, file, p }"
+                "{ x_m, y_m, radius_m, p }, { lon, lat, radius_m, p } or { taz, file, p }"
             )
         return self
 
 
-GOALS = ({"edge"}, {"x_m", "y_m"}, {"x_m", "y_m", "radius_m"}, {"taz", "file"})
+GOALS = (
+    {"edge"},
+    {"x_m", "y_m"},
+    {"x_m", "y_m", "radius_m"},
+    {"lon", "lat"},
+    {"lon", "lat", "radius_m"},
+    {"taz", "file"},
+)
 
 
 class GoalFile(Section):

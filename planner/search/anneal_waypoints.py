@@ -52,6 +52,7 @@ SHARES_HUNTED = (
     0.995,
     0.99,
 )  # of its particles, before a patrol; tuned on grid5x5 alone
+NEARLY_ALL = 0.9  # of the particles: a plan that sees fewer hunts for no last few
 MARGIN = 2e-3  # share of what the start fails to earn by which a move may be misjudged early
 
 
@@ -103,8 +104,8 @@ def anneal_waypoints(
         heat = rules.heat * (rules.cold / rules.heat) ** (moves / many)
         known.anneal(rng.random((len(moves), DRAWS)), lacks * heat)
         log.reached(known.best_reward, MOVE * (done + len(moves)))
-    flights = [with_patrol(problem, known.best, share) for share in SHARES_HUNTED]
-    plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in (*flights, start)]
+    flights = (known.best, *with_patrols(problem, known.best), start)
+    plans = [plan_of_waypoints(problem, "anneal-waypoints", way) for way in flights]
     return log.result(max(plans, key=lambda plan: holdout_value(problem, plan)))
 
 
@@ -209,6 +210,19 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
     waits_s[waits_s < ROUNDING_S] = 0.0
     kept = (flies_s > 0.0) | (waits_s > 0.0)
     return np.stack([track.x_m[1:], track.y_m[1:], waits_s], axis=1)[kept]
+
+
+def with_patrols(problem: Problem, waypoints: Floats) -> list[Floats]:
+    """Return waypoints that turn into a patrol after different shares of what they see.
+
+    None if they see little: what is left is not a few targets to be hunted.
+    """
+    plan = plan_of_waypoints(problem, "", waypoints)
+    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
+    seen = float(problem.weight_at_start[np.isfinite(seen_at)].sum())
+    if seen < NEARLY_ALL * problem.weight_at_start.sum():
+        return []
+    return [with_patrol(problem, waypoints, share) for share in SHARES_HUNTED]
 
 
 def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:

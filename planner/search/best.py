@@ -1,6 +1,7 @@
 """The best plan that the work buys: exact where that is possible, else ever wider beams, polished.
 
-With free movement allowed, the best order of roads is where it starts from.
+With free movement allowed, the best order of roads competes with free flights behind many first
+dashes; what is best then turns and hovers wherever that helps, if there is work left for it.
 
 Orders are made on the problem's particles and chosen between on its holdout, other particles that
 had no part in making them. What the plan is worth is for a third, fresh set to say.
@@ -14,6 +15,8 @@ import numpy as np
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import RewardToGo, beam_of, beam_order, holdout_value, near_m, random_order
+from planner.search.cell_beam import free_plans
+from planner.search.dashes import portfolio
 from planner.search.exact import best_order
 from planner.search.lns import polished
 from planner.search.patrol import with_patrol
@@ -27,7 +30,9 @@ FEW_ROADS = 7  # of which the best order is found for certain
 NARROW, NEAR, WIDER = 40, 4, 2  # widths of the first beams, along roads and between; growth
 LAST = 3  # times the budget that beams may take; the last one begins within it, and is the widest
 POLISH = 0.25  # share of a round's work that goes into polishing
-ROADS = 0.1  # share of all work that goes into orders of roads before the movement gets free
+# Where the movement is free: shares of all work that go into orders of roads, before it, and on
+# abstract nets, where roads are long, into the annealing of what is best, after it.
+ROADS, POLISH_FREE = 0.1, 0.6
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
@@ -43,28 +48,36 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     needs_open_country(problem, "free movement")
     work = int(ROADS * budget.work)
     roads = _best_over_roads(problem, budget.part(work), rng)
-    left, start = budget.part(budget.work - work, after=work), waypoints_of(problem, roads.plan)
-    return _better(
-        problem, roads, anneal_waypoints(problem, budget=left, rng=rng, start=start), work
-    )
-
-
-def _better(
-    problem: Problem, roads: SearchResult, freed: SearchResult, before: int
-) -> SearchResult:
-    """Return the better plan on the holdout particles, and what both searches did for it.
-
-    Parameters
-    ----------
-    before
-        Units of work after which the movement got free.
-    """
-    plans = (roads.plan, replace(freed.plan, method="best"))
+    log = SearchLog(problem, budget)
+    polish = int(POLISH_FREE * budget.work) if problem.network.is_abstract else 0
+    flights, done = portfolio(problem, budget.work - work - polish, stop=log.stop)
+    plans = [roads.plan, *free_plans(problem, flights, "best")]
     chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
-    work = roads.work if freed.work is None else before + freed.work
+    done += roads.work or 0
+    log.reached(holdout_value(problem, chosen), done)
+    found = replace(log.result(chosen), trace=(*roads.trace, *log.trace))
+    return _polished(problem, found, budget.part(polish, after=done), rng) if polish else found
+
+
+def _polished(
+    problem: Problem, found: SearchResult, budget: Budget, rng: np.random.Generator
+) -> SearchResult:
+    """Return the better of a plan and what annealing makes of it, on the holdout particles."""
+    start, before = waypoints_of(problem, found.plan), found.work or 0
+    made = anneal_waypoints(searched_on(problem), budget=budget, rng=rng, start=start)
+    plans = (found.plan, replace(made.plan, method="best"))
+    chosen = max(plans, key=lambda plan: holdout_value(problem, plan))
+    work = before + (made.work or 0)
     value = problem.objective.value(holdout_value(problem, chosen))
-    trace = (*roads.trace, TracePoint(work or 0, value))
-    return SearchResult(chosen, work, roads.stopped or freed.stopped, trace)
+    trace = (*found.trace, TracePoint(work, value))
+    return SearchResult(chosen, work, found.stopped or made.stopped, trace)
+
+
+def searched_on(problem: Problem) -> Problem:
+    """Return a problem whose particles are the proposals, if there are any to be searched on."""
+    if problem.proposals is None or problem.start is not None:
+        return problem
+    return problem.replace(futures=problem.proposals, proposals=None)
 
 
 def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchResult:

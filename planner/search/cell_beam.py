@@ -4,17 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
-from planner.search.anneal_waypoints import SHARES_HUNTED, with_patrol
+from planner.search.anneal_waypoints import with_patrols
 from planner.search.beam import holdout_value
 from planner.search.cell_flights import FreeFlight
 from planner.search.dashes import portfolio
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
-
-NEARLY_ALL = 0.9  # of the particles are seen: what remains may be on patrol
 
 
 def cells(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001
@@ -39,11 +36,5 @@ def cells(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Sear
 def free_plans(problem: Problem, flights: Sequence[FreeFlight], method: str) -> list[Plan]:
     """Return the plans that fly free flights; also such that patrol roads once most is seen."""
     ways = [flight.waypoints for flight in flights]
-    plans = [plan_of_waypoints(problem, method, way) for way in ways]
-    everyone = problem.weight_at_start.sum()
-    for way, plan in zip(ways, tuple(plans), strict=True):
-        seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective).seen_at
-        if problem.weight_at_start[np.isfinite(seen_at)].sum() >= NEARLY_ALL * everyone:
-            hunted = [with_patrol(problem, way, share) for share in SHARES_HUNTED]
-            plans += [plan_of_waypoints(problem, method, other) for other in hunted]
-    return plans
+    ways += [patrolled for way in tuple(ways) for patrolled in with_patrols(problem, way)]
+    return [plan_of_waypoints(problem, method, way) for way in ways]

@@ -35,7 +35,7 @@ from planner.search.what_if import goal_of, rows_of
 
 HEADINGS = 16
 STOPS = (1, 2, 3, 4, 6, 8, 11, 16)  # after how many ticks of a flight it may turn
-MOST_TICKS = 1000  # they are longer where there were more
+LEAST_TICKS, MOST_TICKS = 20, 1000  # they are longer where there were more
 PLACES = 64  # headings suffice where there are more nodes
 # Of a tick's states goes on one in each square of the sensor's radius, and so many in each of so
 # many radii: else all were soon in the same corner of the net.
@@ -73,13 +73,15 @@ class Cells:
         The futures to search on: the problem's own, or others of the same target.
     weight
         How likely each is, and unseen when the search starts, (N,).
+    ticks
+        At most so many.
     """
 
-    def __init__(self, problem: Problem, particles: Futures, weight: Floats) -> None:
+    def __init__(self, problem: Problem, particles: Futures, weight: Floats, ticks: int) -> None:
         self.problem, self._particles = problem, particles
         uav, radius_m = problem.uav_at_start, float(problem.sensor.radius_m)
         lasts_s = max(problem.objective.ends_s - uav.take_off_s, 1e-3)
-        tick_s = max(2.0 * radius_m / uav.speed_mps, lasts_s / MOST_TICKS)
+        tick_s = max(2.0 * radius_m / uav.speed_mps, lasts_s / ticks)
         self.ticks = Slabs(float(uav.take_off_s), tick_s, int(np.ceil(lasts_s / tick_s)) + 1)
         self.index: CellIndex = cell_index(
             columns(particles),
@@ -91,11 +93,18 @@ class Cells:
         )
 
     @classmethod
-    def of(cls, problem: Problem) -> "Cells":
-        """Return those of the particles that a problem's searches are made on."""
+    def of(cls, problem: Problem, rays: float = np.inf) -> "Cells":
+        """Return those of the particles to search on: proposals if there are any, else its own.
+
+        Parameters
+        ----------
+        rays
+            How many may be flown: where they are few, ticks are longer.
+        """
+        ticks = int(min(MOST_TICKS, max(LEAST_TICKS, rays / (HEADINGS + 1))))
         if problem.proposals is not None and problem.start is None:
-            return cls(problem, problem.proposals, problem.proposals.weight)
-        return cls(problem, problem.futures, problem.weight_at_start)
+            return cls(problem, problem.proposals, problem.proposals.weight, ticks)
+        return cls(problem, problem.futures, problem.weight_at_start, ticks)
 
     def some(self, many: int) -> "Cells":
         """Return those of so many unseen particles, evenly chosen; itself if it has fewer."""
@@ -105,7 +114,7 @@ class Cells:
             return self
         few = unseen[np.arange(many) * len(unseen) // many]
         share = weight[few] * (weight.sum() / weight[few].sum())
-        return Cells(self.problem, self._particles.take(few), share)
+        return Cells(self.problem, self._particles.take(few), share, self.ticks.many - 1)
 
     @property
     def middle_m(self) -> Floats:

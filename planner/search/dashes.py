@@ -12,7 +12,9 @@ import numpy as np
 from planner.search.cell_flights import CellBeam, Cells, FreeFlight, fly_beam
 from planner.search.problem import Problem
 
-RAYS_PER_UNIT = 4  # of work: a ray takes some microseconds
+# A unit of work is a leg: some microseconds on a net of few roads, a hundred in a town. A ray takes
+# ten to seventy.
+RAYS_PER_UNIT, IN_TOWNS = 0.25, 4.0
 HEADINGS, STRIDE = 16, 5  # headings of dashes; which follows which, so that the first ones differ
 LENGTHS = (1 / 8, 1 / 4, 3 / 8)  # of dashes, in sides of the square that holds all particles
 LATTICE = 6  # places either way in that square, which are flown to from outside
@@ -42,7 +44,9 @@ def portfolio(
     reached
         Given the greatest reward so far and the work done, whenever a wide beam ends.
     """
-    cells, rays = Cells.of(problem), RAYS_PER_UNIT * work
+    per_unit = RAYS_PER_UNIT if problem.network.is_abstract else IN_TOWNS
+    rays = max(1, int(per_unit * work))
+    cells = Cells.of(problem, rays)
     goals, spent = _scouted(cells, int(SCOUTING * rays), stop)
     flights: list[FreeFlight] = []
     for number, goal in enumerate(goals):
@@ -50,8 +54,8 @@ def portfolio(
         beam = CellBeam(max(1, mine // cells.rays_of(CellBeam(1))))
         flights.append(fly_beam(cells, beam, goal, stop=stop, most=mine))
         spent += flights[-1].rays
-        reached(max(flight.reward for flight in flights), spent // RAYS_PER_UNIT)
-    return flights, spent // RAYS_PER_UNIT
+        reached(max(flight.reward for flight in flights), int(spent / per_unit))
+    return flights, int(spent / per_unit)
 
 
 def _scouted(
@@ -59,9 +63,10 @@ def _scouted(
 ) -> tuple[Sequence[Place | None], int]:
     """Return where the most promising flights go first, and the rays flown to find out."""
     beam, spent = CellBeam(1), 0
-    goals = dashes(cells)[: rays // cells.rays_of(beam)]
+    everywhere = dashes(cells)
+    goals = everywhere[: rays // cells.rays_of(beam)]
     if len(goals) < FEW:
-        return dashes(cells)[:1], 0
+        return everywhere[:1], 0
     few, found = cells.some(SCOUTS), []
     for goal in goals:
         flight = fly_beam(few, beam, goal, stop=stop)

@@ -32,6 +32,7 @@ class Method:
     load: Callable[[], Planner]
     chooses: bool = False  # between plans, on particles that had no part in making them
     moves_freely: bool = False  # off the roads, if the budget allows it
+    proposes: bool = False  # searches on particles that SUMO has not driven, where there are any
     takes_options: bool = False  # of the scenario's [greedy], and particles drawn anew
     is_sized: bool = True  # how long it takes follows from what the scenario says
     stops: bool = False  # when asked, with the best plan so far
@@ -192,6 +193,7 @@ METHODS = (
         True,
         _cells,
         chooses=True,
+        proposes=True,
         stops=True,
     ),
     Method(

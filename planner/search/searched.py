@@ -35,9 +35,11 @@ def searched_problem(problem: Problem) -> tuple[Problem, Ints]:
         return problem, roads
     closed = ~np.isin(network.edge_road, roads)
     holdout = problem.holdout and _without_edges(problem.holdout, closed)
+    proposals = problem.proposals and _without_edges(problem.proposals, closed)
     futures = _without_edges(problem.futures, closed)
     fewer = _with_roads(network, roads)
-    return problem.replace(network=fewer, futures=futures, holdout=holdout), roads
+    changed = {"futures": futures, "holdout": holdout, "proposals": proposals}
+    return problem.replace(network=fewer, **changed), roads
 
 
 def named_as_before(plan: Plan, roads: Ints) -> Plan:

@@ -88,14 +88,14 @@ class Streets:
         self._legs = problem.legs
         ends = np.stack([self._legs.from_node, self._legs.to_node], axis=1)
         # Both directions of a street, and roads side by side, are one street to whoever looks down.
-        _, street = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+        pairs, street = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
         street = street.ravel()
-        self.traffic = _passing(problem, street[::2])[street]  # (L,) probability
+        on_street = _passing(problem, street[::2])
+        self.traffic = on_street[street]  # (L,) probability
         nodes = len(problem.network.node_ids)
-        # Each leg leaves one node, so both ends of a road are counted.
-        self.traffic_at = np.bincount(
-            self._legs.from_node, weights=self.traffic, minlength=nodes
-        )  # (V,) sums of probabilities
+        at_ends = [np.bincount(end, weights=on_street, minlength=nodes) for end in pairs.T]
+        self.traffic_at = at_ends[0] + at_ends[1]  # (V,) sums of probabilities
+        self._leaving: dict[int, list[int]] = {}
 
     @property
     def busiest_nodes(self) -> Offsets:
@@ -104,11 +104,14 @@ class Streets:
 
     def leaving(self, node: int) -> list[int]:
         """Return a leg to each neighbour of a node, those with the most traffic first."""
-        legs = np.flatnonzero(self._legs.from_node == node)
-        legs = legs[self._legs.to_node[legs] != node]
-        _, first = np.unique(self._legs.to_node[legs], return_index=True)
-        legs = legs[np.sort(first)]
-        return [int(leg) for leg in legs[np.argsort(-self.traffic[legs], kind="stable")]]
+        if node not in self._leaving:
+            legs = np.flatnonzero(self._legs.from_node == node)
+            legs = legs[self._legs.to_node[legs] != node]
+            _, first = np.unique(self._legs.to_node[legs], return_index=True)
+            legs = legs[np.sort(first)]
+            order = np.argsort(-self.traffic[legs], kind="stable")
+            self._leaving[node] = legs[order].tolist()
+        return self._leaving[node]
 
     def out_and_back(self, hub: int, leg: int, extent_m: float) -> Floats:
         """Return the points of a flight along a street and back to its hub, (W, 2) metres.

@@ -1,11 +1,14 @@
 """What flights over free waypoints earn, one after the other, on the same particles."""
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.first_detection import columns
 from planner.detection.kernels.closest_approach import Window
-from planner.search.kernels.cells import grid_of
+from planner.futures.futures import Futures
+from planner.search.kernels.cells import SpaceTimeGrid, grid_of
 from planner.search.kernels.motion import fastest
 from planner.search.kernels.waypoints import (
     LEFT,
@@ -21,9 +24,14 @@ from planner.search.kernels.what_if import FirstSightings
 from planner.search.problem import Problem
 from planner.search.what_if import goal_of
 
+# The last grid that was made of futures, as long as they live: patterns tuned one after the other
+# ask for the same one. Nothing ever changes it.
+_grids: WeakKeyDictionary[Futures, tuple[tuple[float, Window], SpaceTimeGrid]]
+_grids = WeakKeyDictionary()
+
 
 class WaypointRewards:
-    """Whoever asks it what flights earn: it looks up only particles near a flight."""
+    """Says what flights earn; it looks up only the particles near a flight."""
 
     def __init__(self, problem: Problem) -> None:
         self._uav, particles = problem.uav_at_start, len(problem.futures)
@@ -53,12 +61,20 @@ class WaypointRewards:
 
 def surroundings(problem: Problem) -> Surroundings:
     """Return what a sweep has to know, as its kernel takes it."""
-    uav, futures, objective = problem.uav_at_start, columns(problem.futures), problem.objective
+    uav, objective = problem.uav_at_start, problem.objective
     radius_m, ends_s = float(problem.sensor.radius_m), float(objective.ends_s)
-    span = Window(float(uav.take_off_s), ends_s)
-    grid = grid_of(futures, radius_m, float(fastest(futures)), span)
+    grid = _grid(problem.futures, radius_m, Window(float(uav.take_off_s), ends_s))
     home_x_m, home_y_m = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
     limits = FlightLimits(
         float(home_x_m), float(home_y_m), float(uav.landing_s), ends_s, float(uav.speed_mps)
     )
     return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
+
+
+def _grid(futures: Futures, radius_m: float, span: Window) -> SpaceTimeGrid:
+    known = _grids.get(futures)
+    if known is None or known[0] != (radius_m, span):
+        of = columns(futures)
+        known = (radius_m, span), grid_of(of, radius_m, float(fastest(of)), span)
+        _grids[futures] = known
+    return known[1]

@@ -27,8 +27,9 @@ from planner.search.kernels.what_if import (
 from planner.search.problem import Problem
 from planner.search.state import SearchState
 
-# Three caches outlive the planner that filled them, each of what never changes: the indices of
-# problems (`_indices`, as long as a problem lives), the transits from the last 256 places asked
+# Four caches outlive the planner that filled them, each of what never changes: the indices of
+# problems (`_indices`, as long as a problem lives), the last grid of futures
+# (`waypoint_rewards._grids`, as long as they live), the transits from the last 256 places asked
 # for (`_transits_from`), and the ways of the last 16 beams (`beam._ways_within`). The latter two
 # keep the `Legs` that they were asked about alive.
 _indices: WeakKeyDictionary[Problem, SearchIndex] = WeakKeyDictionary()

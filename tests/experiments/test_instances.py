@@ -88,6 +88,11 @@ def test_compare_on_instances(
     assert told["methods"]["random"] > told["best_known_s"]
     page = (tmp_path / "out" / "instances.md").read_text()
     header, _, line = page.splitlines()[-3:]
+    cells = dict(zip(header.split(" | "), line.split(" | "), strict=True))
+    patterns = [told["methods"][method.name] for method in METHODS if method.is_pattern]
+    above = 100 * (min(patterns) / told["best_known_s"] - 1)
+    assert cells["best pattern"] == f"{above:+.1f} %"
+    assert "spiral" not in cells
     assert header.split(" | ")[-1] == f"{METHODS[-1].name} |"
     assert line.startswith(f"| {told['instance']} | ")
     assert f"| {100 * (told['methods']['random'] / told['best_known_s'] - 1):+.1f} % |" in line

@@ -14,12 +14,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from planner.errors import InputError
-from planner.flight.airspace import MARGIN_M, Airspace, Point
+from planner.flight.airspace import MARGIN_M, Airspace
 from planner.flight.around import legs_around, stops_around
 from planner.flight.legs import Legs
 from planner.flight.plan import legs_flown
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+from planner.flight.ways import Point
 from support.instances import figure3
 
 SQUARE = shapely.box(4.0, -1.0, 6.0, 1.0)
@@ -118,7 +119,7 @@ def test_ways_are_the_shortest_in_the_graph_of_all_corners(
     a, b = (ends[0], ends[1]), (ends[2], ends[3])
     assume(a != b and space.connects(a, b))
     graph = nx.Graph()
-    places = [a, b, *map(tuple, space.corners.tolist())]
+    places = [a, b, *map(tuple, space.ways.corners[:, 1].tolist())]
     for i, p in enumerate(places):
         for q in places[:i]:
             if space.free.covers(shapely.LineString([p, q])):
@@ -189,6 +190,19 @@ def test_whoever_has_to_land_turns_in_time_for_the_way_around() -> None:
         plan = legs_around(uav, Legs.of(NET, uav), [0], **how)
         assert plan.roads == roads
         assert plan.end_s <= uav.landing_s + 1e-6
+
+
+def test_the_nearest_place_that_is_searched() -> None:
+    touching = shapely.union_all(
+        [shapely.box(0.0, 1.0, 4.0, 3.0), shapely.box(6.0, -1.0, 9.0, 0.0)]
+    )
+    space = Airspace(no_fly=SQUARE, within=touching)
+    start = (0.0, 5.0)
+    near = space.nearest_searched(np.array([[1.0, 2.0], [2.0, 0.0], [5.0, 9.0]]), start)
+    assert near[0] == (1.0, 2.0)
+    assert near[1] == pytest.approx((2.0, 1.0), abs=1e-3)
+    assert math.dist(near[2], (3.9, 3.0)) < 0.2
+    assert all(space.searched(start).covers(shapely.Point(place)) for place in near)
 
 
 def test_roads_outside_are_not_searched() -> None:

@@ -25,6 +25,7 @@ from planner.errors import InputError
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
 from planner.intervals import lower_limit
+from planner.mission.bounds import stored_bound
 from planner.mission.certificate_file import (
     MOTION,
     NET,
@@ -104,7 +105,21 @@ def test_flights_get_the_bound_of_physics(tmp_path: Path) -> None:
     write_certified(tmp_path, problem, plan_of_wait(problem, "wait", 30_000.0, -30_000.0))
     told = json.loads((tmp_path / "plan.json").read_text())["certificate"]
     assert told["plan_class"] == "free"
+    assert told["lower_bound_s"] < told["computed_bound"]
+    assert told["computed_gap"] < told["gap"]
     assert verify(tmp_path).returncode == 0
+
+
+def test_a_stored_bound_for_any_flight_is_worked_out_again(tmp_path: Path) -> None:
+    problem = small_problem()
+    plan = plan_of_wait(problem, "wait", 30_000.0, -30_000.0)
+    write_certified(tmp_path, problem, plan, steps=600)
+    path = tmp_path / "plan.json"
+    content = json.loads(path.read_text())
+    bound = content["certificate"]["computed_bound"]
+    content["certificate"]["computed_bound"] = 0.9 * plan.take_off_s
+    path.write_text(json.dumps(content))
+    assert stored_bound(path, plan, problem) == {("free", plan.take_off_s): bound}
 
 
 @pytest.mark.parametrize("seed", range(12))

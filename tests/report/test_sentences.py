@@ -52,6 +52,15 @@ def test_a_certificate_in_seconds_and_as_probability() -> None:
     assert said.endswith("gap 25.0%")
 
 
+def test_a_certificate_of_any_flight_says_what_its_files_prove() -> None:
+    said = remarks.certificate_line(Certificate(1100.0, 1000.0, "free", physics=880.0), None)
+    assert said.endswith("gap 10.0% (as computed; the files prove 880 s, gap 25.0%)")
+    said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=1.0), 600.0)
+    assert said.endswith("gap 25.0% (as computed; the files prove 100.0%, gap 40.0%)")
+    said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=0.8), 600.0)
+    assert said.endswith("(each target met as early as can be: this time gave no better bound)")
+
+
 def test_a_gap_that_is_not_reached_and_a_limit() -> None:
     assert "10.0%, is not reached" in remarks.gap_line(0.1)
     assert "below 1,000 s (10 sets)" in remarks.limit_line(1000.0, 10, None)
@@ -66,6 +75,13 @@ def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
     said = remarks.world_line(0.6, {"found_by_probability": 0.5, "targets": 10_000}, 600.0)
     assert "with 49.0% to 51.0%" in said
     assert "at most 11.0 points below the best" in said
+
+
+def test_few_particles_in_a_town_are_told() -> None:
+    said = remarks.few_in_town(400)
+    assert said is not None
+    assert said.startswith("planned on 400 particles: in towns")
+    assert remarks.few_in_town(1000) is None
 
 
 def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:

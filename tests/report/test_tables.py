@@ -138,6 +138,14 @@ def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
     assert set(line(text, "exact")[1:]) == {"-"}
 
 
+def test_patterns_stand_apart_in_one_group(printed: Callable[[object], str]) -> None:
+    names = ("rate", "hover", "spiral", "wait")
+    text = printed(compare_table([replace(ROW, method=name) for name in names]))
+    words = [(row.split() or [""])[0] for row in text.splitlines()]
+    assert words[words.index("rate") :][:6] == ["rate", "", "hover", "spiral", "", "wait"]
+    assert printed(compare_table([]))
+
+
 def test_a_deadline_has_its_own_line_and_column(printed: Callable[[object], str]) -> None:
     planned, fresh = (
         replace(result, objective=Objective(1000.0, 240.0)) for result in (PLANNED, FRESH)

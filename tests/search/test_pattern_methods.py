@@ -125,6 +125,16 @@ def test_rewards_are_those_of_the_plan(seed: int) -> None:
         assert rewards.of(waypoints) == pytest.approx(reward, abs=1e-6)
 
 
+def test_rewards_of_one_problem_are_not_those_of_another_on_the_same_futures() -> None:
+    near = town()
+    later = near.replace(uav=dataclasses.replace(near.uav, take_off_s=200.0))
+    waypoints = np.array([[0.0, 0.0, 50.0], [500.0, 0.0, 600.0]])
+    for problem in (near, later, near.replace(sensor=Sensor(200.0)), near):
+        plan = plan_of_waypoints(problem, "", waypoints)
+        expected = problem.objective.value(WaypointRewards(problem).of(waypoints))
+        assert figure(problem, plan) == pytest.approx(expected)
+
+
 def test_whoever_need_not_land_by_any_time_flies_on_though_there_is_a_home() -> None:
     uav = dataclasses.replace(town().uav, return_to_m=(0.0, 0.0))
     plan = plan_of_waypoints(town().replace(uav=uav), "", np.array([[-600.0, 400.0, 60.0]]))
@@ -162,6 +172,7 @@ def test_traffic_counts_who_is_on_a_street_after_take_off_in_either_direction() 
     expected = {"ME": 0.3, "EM": 0.3, "MN": 0, "NM": 0, "MW": 0.2, "WM": 0.2, "MS": 0.3, "SM": 0.3}
     assert traffic == pytest.approx(expected)
     assert net.node_ids[streets.busiest_nodes[0]] == "M"
+    assert streets.traffic_at == pytest.approx([0.8, 0.3, 0.0, 0.2, 0.3])
 
 
 def test_main_streets_are_flown_out_and_back_the_busiest_first() -> None:

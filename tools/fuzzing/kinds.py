@@ -28,6 +28,15 @@ TURNS = """<turns><interval begin="0" end="3600">
 <edgeRelation from="AB" to="BD" probability="0.3"/>
 </interval></turns>
 """
+IN_TOWN = """network = { net = "sumo:tools/game/DRT/osm.net.xml" }
+target = { start = "anywhere" }
+uav = { start = { x_m = 600, y_m = 700 } }
+airspace = { no_fly = "park.geojson", fence = [[-9000, -9000], [9000, -9000], [0, 9000]] }
+"""
+PARK = """{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {},
+"geometry": {"type": "Polygon", "coordinates": [[[13.525, 52.43], [13.53, 52.43], [13.53, 52.44],
+[13.525, 52.44], [13.525, 52.43]]]}}]}
+"""
 EXPERIMENT = """title = "two methods"
 scenario = "scenario.toml"
 replicates = 3
@@ -74,6 +83,11 @@ def _experiment(folder: Path) -> None:
 def _turns(folder: Path) -> None:
     _scenario(folder)
     (folder / "turns.xml").write_text(TURNS, encoding="utf-8")
+
+
+def _park(folder: Path) -> None:
+    (folder / "scenario.toml").write_text(IN_TOWN, encoding="utf-8")
+    (folder / "park.geojson").write_text(PARK, encoding="utf-8")
 
 
 def _net(folder: Path) -> None:
@@ -178,6 +192,7 @@ KINDS = (
         ("turns.xml",),
         ("build", ".", "--set", 'target.turning={file="turns.xml"}', "--json"),
     ),
+    Kind("areas", _park, ("park.geojson",), ("build", ".", "--json")),
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
     Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv")),
     Kind("fcd parquet", _fcd_parquet, ("fcd.parquet",), (*OWN, "fcd.parquet")),
