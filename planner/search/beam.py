@@ -17,6 +17,7 @@ from planner.arrays import Floats, Ints, first_of_parts, first_rows
 from planner.detection.evaluate import evaluate
 from planner.flight.legs import Legs
 from planner.flight.plan import Plan
+from planner.search.fastest import FEW
 from planner.search.kernels.beam import (
     BEST,
     END,
@@ -26,6 +27,7 @@ from planner.search.kernels.beam import (
     PARENT,
     PROMISE,
     REWARD,
+    SLOTS,
     UNSEEN,
     BeamHops,
     BeamSetting,
@@ -46,6 +48,7 @@ from planner.search.random_order import random
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
+from planner.search.stepwise import rate_of
 from planner.search.what_if import WhatIf
 
 # Tuned on grid5x5 alone, whose roads take 150 s to fly.
@@ -55,6 +58,7 @@ STEPS_PER_BUCKET = 2  # of the reward to go
 BUCKETS = 200  # in which a beam keeps the width it is given; it is narrower where there are more
 FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
 
+FIRST_LEGS = 128  # of more than a few, the most promising ones that orders begin with
 RANDOM_ORDERS = 8  # that a beam has to beat
 
 
@@ -106,8 +110,10 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     beams = (beam_of(problem, width), beam_of(problem, width // 10, near_m(problem)))
     orders: list[Sequence[int]] = []
     done = 0
-    for one in beams:
-        order, work = beam_order(engine, one, reward_to_go, stop=log.stop, most=budget.work - done)
+    for number, one in enumerate(beams):
+        left = budget.work - done
+        most = left if _is_small(problem) else left // (len(beams) - number)
+        order, work = beam_order(engine, one, reward_to_go, stop=log.stop, most=most)
         orders.append(order)
         done += work
     orders += [by_rate, random_order(problem, budget, rng)]
@@ -190,7 +196,8 @@ def beam_order(
             continue
         if states.counts[FLIGHTS] >= most or stop():
             break
-        bucket = Bucket(number, beam.width, start.time_s, beam.bucket_s)
+        width = beam.width if _is_small(problem) else _affordable(beam, number, states, most)
+        bucket = Bucket(number, width, start.time_s, beam.bucket_s)
         states = grow(bucket, states, setting, to_go, flown)
     order, state = [], int(states.counts[BEST])
     while state >= 0:
@@ -199,12 +206,29 @@ def beam_order(
     return order[::-1], int(states.counts[FLIGHTS])
 
 
+def _is_small(problem: Problem) -> bool:
+    """Tell whether all legs are tried wherever legs are chosen, and beams end by themselves."""
+    return len(problem.legs) <= FEW
+
+
+def _affordable(beam: Beam, number: int, states: BeamStates, most: float) -> int:
+    """Return the width with which a beam comes to its last stretch of time within its flights.
+
+    In a town targets get away, and nothing tells a beam that it cannot get better any more.
+    """
+    went_on, flights = int(states.counts[SLOTS]), int(states.counts[FLIGHTS])
+    if not went_on or most == math.inf:
+        return beam.width
+    left = (most - flights) / (len(states.heads) - number)
+    return max(1, min(beam.width, int(left * went_on / flights)))
+
+
 def _first_states(
     engine: WhatIf, beam: Beam, start: SearchState, to_go: ToGo
 ) -> tuple[BeamStates, FirstSeen]:
     """Return an order of one leg for each that can be flown first, and what they see."""
     problem, unseen = engine.problem, start.miss > 0.0
-    flights = engine.fly(start, candidate_legs(problem, start))
+    flights = engine.fly(start, _first_legs(engine, beam, start))
     known = len(flights.leg)
     weight = problem.futures.weight * start.miss
     seen = weight[flights.particle]
@@ -221,6 +245,20 @@ def _first_states(
     counts = np.array([known, 0, best, known])  # KNOWN, SLOTS, BEST, FLIGHTS
     flown = FirstSeen(flights.first.astype(np.int64), flights.particle, start.miss)
     return BeamStates(links, figures, masks, heads, counts), flown
+
+
+def _first_legs(engine: WhatIf, beam: Beam, start: SearchState) -> Ints:
+    """Return the legs that orders begin with, (C,): of many those near, and the most promising."""
+    problem = engine.problem
+    legs = candidate_legs(problem, start)
+    if _is_small(problem):
+        return legs
+    transit_s = problem.legs.transit_s(start.x_m, start.y_m)[legs]
+    most = engine.ceilings(start, legs, problem.futures.weight * start.miss)
+    rates = rate_of(most, transit_s + problem.legs.duration_s[legs])
+    chosen = transit_s * problem.uav.speed_mps <= beam.reach_m
+    chosen[np.argsort(-rates, kind="stable")[:FIRST_LEGS]] = True
+    return legs[chosen]
 
 
 def _buckets(problem: Problem, beam: Beam, begin_s: float, links: Ints, figures: Floats) -> Ints:

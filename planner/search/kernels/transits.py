@@ -22,6 +22,7 @@ from planner.search.kernels.motion import (
     X,
     Y,
     bucket_of,
+    farthest_from_spot,
     first_meeting,
     piece_from,
     place_in,
@@ -289,6 +290,122 @@ def facing(departure: Departure, pieces: Floats, k: int, window: Window, reach: 
 
 
 @compiled
+def nearest_and_farthest(near: Vector, far: Vector) -> tuple[float, float]:
+    """Return the least and the greatest distance of a straight line's points from the origin."""
+    (x, y), (dx, dy) = near, (far[0] - near[0], far[1] - near[1])
+    along = dx * dx + dy * dy
+    share = min(1.0, max(0.0, -(x * dx + y * dy) / along)) if along > 0.0 else 0.0
+    mx, my = x + share * dx, y + share * dy
+    farthest = max(x * x + y * y, far[0] * far[0] + far[1] * far[1])
+    return np.sqrt(mx * mx + my * my), np.sqrt(farthest)
+
+
+@compiled
+def rays_along(near: Vector, far: Vector, nearest_m: float, reach_m: float) -> tuple[float, float]:
+    """Return the bearings, lowest and how many on, of all rays from the origin near a line.
+
+    ``nearest_m`` is how near the line comes to the origin. As arcsin(s) <= pi / 2 s.
+    """
+    if nearest_m <= reach_m:
+        return -2.0, 4.0
+    aside = (1.05 if nearest_m > 2.0 * reach_m else 1.5708) * reach_m / nearest_m + 1e-9
+    low, high = bearing(near[0], near[1]), bearing(far[0], far[1])
+    wide = turn_from(low, high)
+    if wide > 2.0:
+        low, wide = high, 4.0 - wide
+    low -= aside
+    return (low if low >= -2.0 else low + 4.0), min(4.0, wide + 2.0 * aside)
+
+
+@compiled
+def both_turns(low: float, wide: float, other: float, more: float) -> tuple[float, float]:
+    """Return bearings, lowest and how many on, that hold two such stretches."""
+    if wide < 0.0:
+        return other, more
+    on, back = turn_from(low, other), turn_from(other, low)
+    forward, backward = max(wide, on + more), max(more, back + wide)
+    if forward <= backward:
+        return low, min(4.0, forward)
+    return other, min(4.0, backward)
+
+
+@compiled
+def while_in_ring(
+    departure: Departure, reach: Reach, pieces: Floats, k: int, span: Window
+) -> Window:
+    """Return when the ring may have a particle inside during a part of its piece; may be empty."""
+    start_s, x0, y0 = departure
+    from_s, to_s = span
+    for _ in range(3):  # the shorter the way, the better is known how near it is
+        if from_s > to_s:
+            break
+        (x, y), (fx, fy) = place_in(pieces, k, from_s), place_in(pieces, k, to_s)
+        near_m, far_m = nearest_and_farthest((x - x0, y - y0), (fx - x0, fy - y0))
+        from_s = max(from_s, start_s + (near_m - reach.radius_m) / reach.speed_mps)
+        to_s = min(to_s, start_s + (far_m + reach.radius_m) / reach.speed_mps)
+    return Window(from_s, to_s)
+
+
+@compiled
+def stay_in_ring(
+    departure: Departure,
+    reach: Reach,
+    motion: ParticleMotion,
+    who: int,
+    before: PieceAt,
+    over_s: float,
+) -> tuple[Window, int, Facing]:
+    """Return from when to when the ring may have a particle inside, and where it is meanwhile.
+
+    As ``ring_entry``, for particles that may be as fast as the ring or jump. The window is empty
+    if the ring never has it inside; else the piece is that at its start.
+
+    Parameters
+    ----------
+    reach
+        With the UAV's speed.
+    over_s
+        Until when to look, seconds; finite.
+    """
+    start_s, x0, y0 = departure
+    reach_m, speed_mps = reach
+    pieces, ahead_m = motion.pieces, motion.ahead_m[who]
+    k, last, now_s = before
+    enter_s, leave_s, entered, low, wide = np.inf, -np.inf, k, 0.0, -1.0
+    west, east, south, north = np.inf, -np.inf, np.inf, -np.inf
+    while now_s <= over_s:
+        x, y = place_in(pieces, k, now_s)
+        away_m = np.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
+        beyond_m = away_m - speed_mps * (now_s - start_s)
+        if beyond_m < -reach_m - ahead_m:
+            break  # it never catches up with the ring again
+        if beyond_m > reach_m + ahead_m + 1.0:
+            now_s += (beyond_m - reach_m - ahead_m) / (speed_mps + motion.pace_mps)
+            k = piece_from(pieces, max(k, motion.clock[bucket_of(motion, now_s), who]), last, now_s)
+            continue
+        span = Window(now_s, min(pieces[k, END], over_s))
+        from_s, to_s = while_in_ring(departure, reach, pieces, k, span)
+        if from_s <= to_s:
+            if enter_s == np.inf:
+                enter_s, entered = from_s, k
+            leave_s = to_s
+            (x, y), (fx, fy) = place_in(pieces, k, from_s), place_in(pieces, k, to_s)
+            west, east = min(west, x, fx), max(east, x, fx)
+            south, north = min(south, y, fy), max(north, y, fy)
+            near, far = (x - x0, y - y0), (fx - x0, fy - y0)
+            nearest_m, _ = nearest_and_farthest(near, far)
+            low, wide = both_turns(low, wide, *rays_along(near, far, nearest_m, reach_m))
+        if k == last:
+            break
+        k += 1
+        now_s = pieces[k, BEGIN]
+    width, height = east - west, north - south
+    around_m = reach_m + 0.5 * np.sqrt(width * width + height * height)
+    dx, dy = 0.5 * (west + east) - x0, 0.5 * (south + north) - y0
+    return Window(enter_s, leave_s), entered, Facing(dx, dy, around_m, low, wide)
+
+
+@compiled
 def all_windows(
     departure: Departure, over_s: float, miss: Floats, motion: ParticleMotion, sensing: Sensing
 ) -> tuple[Ints, Windows]:
@@ -301,16 +418,22 @@ def all_windows(
     here, windows
         The particles within the radius, and the windows of the others.
     """
-    pieces, first_piece, end_s, clock, _, _, fastest_mps = motion
+    pieces, first_piece, end_s, clock = motion[:4]
+    fastest_mps = motion.fastest_mps
     start_s, x0, y0 = departure
     radius_m, speed_mps, _ = sensing
     reach_m = padded(radius_m)
     here, at_once = np.empty(len(miss), dtype=np.int32), 0
     of, count = np.empty((len(miss), 2), dtype=np.int64), 0
     spans = np.empty((len(miss), 7))
-    now_in, passes_s = clock[bucket_of(motion, start_s)], ring_passes(sensing, fastest_mps)
+    row, passes_s = bucket_of(motion, start_s), ring_passes(sensing, fastest_mps)
+    now_in, spots_m, span = clock[row], motion.spots_m[row], Window(start_s, over_s)
+    far_m = reach_m + speed_mps * (over_s - start_s) + farthest_from_spot(motion, row, span)
     for p in range(len(miss)):
         if not miss[p] > 0.0 or end_s[p] < start_s:
+            continue
+        dx, dy, most_m = spots_m[p, 0] - x0, spots_m[p, 1] - y0, far_m + motion.ahead_m[p]
+        if dx * dx + dy * dy > most_m * most_m:  # most particles are nowhere near
             continue
         last = first_piece[p + 1] - 1
         k = piece_from(pieces, now_in[p], last, start_s)
@@ -321,7 +444,6 @@ def all_windows(
             here[at_once] = p
             at_once += 1
             continue
-        ahead = Facing(0.0, 0.0, np.inf, -2.0, 4.0)
         if passes_s < np.inf:
             outside_m = away_m - reach_m - speed_mps * (enter_s - start_s)
             enter_s += max(0.0, outside_m) / (speed_mps + fastest_mps)  # earlier is impossible
@@ -334,9 +456,14 @@ def all_windows(
             enter_s, k = ring_entry(departure, reach, pieces, before)
             window = Window(enter_s, enter_s + passes_s)
             ahead = facing(departure, pieces, k, window, Reach(reach_m, fastest_mps))
+            leave_s = min(to_s, enter_s + passes_s)
+        else:
+            reach, before = Reach(reach_m, speed_mps), PieceAt(k, last, enter_s)
+            window, k, ahead = stay_in_ring(departure, reach, motion, p, before, to_s)
+            enter_s, leave_s = window
         if enter_s <= to_s:
             of[count, 0], of[count, 1] = p, k
-            spans[count, ENTER], spans[count, LEAVE] = enter_s, min(to_s, enter_s + passes_s)
+            spans[count, ENTER], spans[count, LEAVE] = enter_s, leave_s
             spans[count, MIDDLE_X], spans[count, MIDDLE_Y] = ahead.x_m, ahead.y_m
             spans[count, NEAR] = ahead.near_m
             spans[count, LOW], spans[count, WIDE] = ahead.low, ahead.wide
