@@ -36,8 +36,15 @@ from .mission.plan_file import read_plan as read_plan
 from .mission.recorder import Recorder as Recorder
 from .mission.recorder import make_plan as make_plan
 from .mission.recorder import problem_of as problem_of
+from .network.georeference import grid_convergence_deg as grid_convergence_deg
+from .network.georeference import lonlat as lonlat
+from .network.georeference import xy_of_lonlat as xy_of_lonlat
 from .network.read import read_net as read_net
 from .network.road_network import RoadNetwork as RoadNetwork
+from .network.street_names import crossing as crossing
+from .network.street_names import road_phrase as road_phrase
+from .network.survey import Survey as Survey
+from .network.survey import survey as survey
 from .search.greedy import greedy as greedy
 from .search.greedy_options import GreedyOptions as GreedyOptions
 from .search.methods import METHODS as METHODS

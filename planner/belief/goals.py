@@ -14,6 +14,7 @@ from planner.belief.stretches import Stretches
 from planner.belief.ways import QUIET_MPS, can_reach, quiet_streets, ways_out
 from planner.belief.zone_file import read_zone
 from planner.errors import InputError
+from planner.network.georeference import xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 from planner.scenario.target_values import Goal, GoalFile
 
@@ -86,11 +87,13 @@ def places_of(goal: Goal, network: RoadNetwork, folder: Path) -> Stretches:
         if not zone.goals:
             return in_area(network, zone.corners)
         return _edges(network, zone.goals)
-    assert goal.x_m is not None
-    assert goal.y_m is not None
+    if goal.lon is not None:
+        x_m, y_m = map(float, xy_of_lonlat(network, np.array([goal.lon, goal.lat])))
+    else:
+        x_m, y_m = goal.x_m or 0.0, goal.y_m or 0.0
     if goal.radius_m is not None:
-        return in_circle(network, goal.x_m, goal.y_m, goal.radius_m)
-    return place_nearest_to(network, goal.x_m, goal.y_m)
+        return in_circle(network, x_m, y_m, goal.radius_m)
+    return place_nearest_to(network, x_m, y_m)
 
 
 def _edges(network: RoadNetwork, weights: Mapping[str, float]) -> Stretches:

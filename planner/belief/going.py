@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
+from planner.belief.habits import Flees
 from planner.belief.known_routes import KnownRoutes
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior
@@ -68,11 +69,21 @@ def timed(prior: Prior, particles: Particles, rng: np.random.Generator) -> Parti
 
     Whole seconds, as SUMO steps.
     """
-    sets_out, _ = rng.spawn(2)
+    sets_out, parks = rng.spawn(2)
     n = len(particles)
     depart_s = sets_out.integers(0, prior.window_s, n, endpoint=True).astype(np.float64)
     # Who starts beyond its goal on the same edge is there.
     single = np.diff(particles.first_edge) == 1
     there = single & (particles.end_m <= particles.start_m)
     stop_s = np.where(there, depart_s, particles.stop_s)
-    return replace(particles, depart_s=depart_s, stop_s=stop_s)
+    if prior.stops is not None:
+        which, when = parks.random((n, 2)).T
+        stop_s = np.minimum(stop_s, depart_s + prior.stops.after_s(which, when))
+    flees = prior.flees or Flees(0.0, 1.0)
+    return replace(
+        particles,
+        depart_s=depart_s,
+        stop_s=stop_s,
+        flees_s=np.full(n, flees.for_s),
+        flees=np.full(n, flees.factor),
+    )

@@ -11,7 +11,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_of_parts,
 from planner.checked import offsets, weights
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,27 @@
 """Particles: possible targets, each with a route, a start on it and its speeds."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_taken
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, freeze, rows_taken
 from planner.checked import choice, finite, offsets, same_length, weights
+from planner.errors import InputError
 
 Driving = Literal["constant", "free"]
+
+
+# What columns hold that are left out.
+LEFT_OUT: dict[str, float] = {
+    "target": 0,
+    "phase_s": 0,
+    "stop_s": np.inf,
+    "end_m": np.inf,
+    "flees_s": 0.0,
+    "flees": 1.0,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +48,15 @@ class Particles(Frozen):
     stop_s: Floats = field(default_factory=lambda: np.zeros(0))
     # (N,) metres along the last edge where the route ends; left out: at the edge's end, infinity
     end_m: Floats = field(default_factory=lambda: np.zeros(0))
+    # (N,) for how many seconds since setting out it flees, and by which factor it drives faster
+    # then than limits and its own speed allow; left out: it does not
+    flees_s: Floats = field(default_factory=lambda: np.zeros(0))
+    flees: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        count = np.size(self.weight)
-        for name, value in (("target", 0), ("phase_s", 0), ("stop_s", np.inf), ("end_m", np.inf)):
+        for name, value in LEFT_OUT.items():
             if len(getattr(self, name)) == 0:
-                object.__setattr__(self, name, np.full(count, value))
+                object.__setattr__(self, name, np.full(np.size(self.weight), value))
         freeze(
             self,
             weight=np.float64,
@@ -55,10 +71,13 @@ class Particles(Frozen):
             phase_s=np.int32,
             stop_s=np.float64,
             end_m=np.float64,
+            flees_s=np.float64,
+            flees=np.float64,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
         kinds = {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
         ends = {"stop_s": self.stop_s, "end_m": self.end_m}
+        ends |= {"flees_s": self.flees_s, "flees": self.flees}
         count = same_length(weight=self.weight, **kinds, **columns, **ends)
         edges = same_length(route_edge=self.route_edge, speed_mps=self.speed_mps)
         offsets("first_edge", self.first_edge, count, edges)
@@ -87,6 +106,8 @@ class Particles(Frozen):
             phase_s=self.phase_s[index],
             stop_s=self.stop_s[index],
             end_m=self.end_m[index],
+            flees_s=self.flees_s[index],
+            flees=self.flees[index],
         )
 
     def gone_after(self, end_s: Floats) -> Flags:
@@ -103,3 +124,23 @@ class Particles(Frozen):
     def speeds(self, particle: int) -> Floats:
         """Return one particle's drawn speed on each edge of its route, (k,) m/s."""
         return self.speed_mps[self.first_edge[particle] : self.first_edge[particle + 1]]
+
+
+def together(parts: Sequence[Particles]) -> Particles:
+    """Return the particles of all parts, one part after the other, weights as they are.
+
+    Raises
+    ------
+    InputError
+        If they do not all drive alike.
+    """
+    if len({part.driving for part in parts}) != 1:
+        raise InputError("driving: differs between particles that should stand together")
+    columns = [
+        field.name for field in fields(Particles) if field.name not in ("driving", "first_edge")
+    ]
+    joined = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in sorted(columns)
+    }
+    edges = np.concatenate([np.diff(part.first_edge) for part in parts])
+    return Particles(**joined, first_edge=first_rows(edges), driving=parts[0].driving)

@@ -1,12 +1,13 @@
 """What is known of the target before anything is seen: p(x0) and the transition model."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, Offsets, freeze
 from planner.belief.distribution import Distribution, chosen, distribution
+from planner.belief.habits import Flees, Stops
 from planner.belief.known_routes import KnownRoutes
 from planner.belief.particles import Driving
 from planner.belief.stretches import Stretches
@@ -42,6 +43,8 @@ class Prior(Frozen):
     window_s: int = 0  # it was there, and went on, at any second from 0 to this one
     # Where it drives to, in place of turns by chance; within reach of every start
     goals: Stretches | KnownRoutes | None = None
+    stops: Stops | None = None  # None: it never parks
+    flees: Flees | None = None  # None: it does not
 
     def __post_init__(self) -> None:
         freeze(self, edge_probability=np.float64, turn_probability=np.float64)
@@ -71,7 +74,15 @@ class Prior(Frozen):
         return edge, self.distance_m.quantile(where)
 
 
-def in_town(prior: Prior, network: RoadNetwork) -> bool:
+class Drives(Protocol):
+    """A prior, or a mixture of some that drive alike."""
+
+    @property
+    def driving(self) -> Driving:
+        """How targets drive."""
+
+
+def in_town(prior: Drives, network: RoadNetwork) -> bool:
     """Return whether targets drive among limits, signals and turns: SUMO's driver on a real net.
 
     Particles drawn there, and their motion, do not depend on how many there are, nor on the
@@ -124,7 +135,17 @@ def prior_of(target: "TargetSection", network: RoadNetwork, known: Known = NOTHI
         stretches=stretches,
         window_s=int(target.last_seen_window_s or 0),
         goals=known.goals,
+        stops=_stops(target),
+        flees=Flees(target.flees.for_s, target.flees.factor) if target.flees else None,
     )
+
+
+def _stops(target: "TargetSection") -> Stops | None:
+    said = target.stops
+    if said is None:
+        return None
+    # Who gives no time to drive until parking means those alone that are parked.
+    return Stops(said.parked, 0.0 if said.mean_s is None else said.share, said.mean_s or 1.0)
 
 
 def start_probability(

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from planner.belief.mixture import Belief
 from planner.belief.particles import Particles
-from planner.belief.prior import Prior
 from planner.belief.sampling import Sampling, predefined, sample
 from planner.network.road_network import RoadNetwork
 from planner.streams import stream
@@ -30,7 +30,7 @@ class Recipe(Protocol):
 class Drawn:
     """Particles drawn from a prior."""
 
-    prior: Prior
+    prior: Belief
     count: int
     horizon_s: float
     seed: int
@@ -54,7 +54,7 @@ class Drawn:
 class OneTarget:
     """One target on a given route at a given speed."""
 
-    prior: Prior  # how it drives, and what happens at its end
+    prior: Belief  # how it drives, and what happens at its end
     route: Sequence[str]  # names of edges
     speed_mps: float
     offset_m: float

@@ -1,6 +1,7 @@
 """Particles drawn from the prior, reading like the paper's Figure 5."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from numbers import Real
 from typing import Literal, NamedTuple
@@ -10,7 +11,8 @@ import numpy as np
 from planner.arrays import Floats, Ints, first_rows
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.going import GOING, going, timed, vanishes
-from planner.belief.particles import Particles
+from planner.belief.mixture import Belief, Mixture, parts_of
+from planner.belief.particles import Particles, together
 from planner.belief.prior import Prior, in_town
 from planner.belief.routes import (
     Routes,
@@ -24,9 +26,10 @@ from planner.belief.routes import (
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
 from planner.checked import choice, instance, number, whole
 from planner.errors import InputError
-from planner.messages import as_written, suggestion
+from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s
+from planner.network.street_names import no_edge
 from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
@@ -50,7 +53,7 @@ class Streams(NamedTuple):
 
 
 def sample(
-    prior: Prior,
+    prior: Belief,
     network: RoadNetwork,
     n: int,
     rng: np.random.Generator,
@@ -59,6 +62,8 @@ def sample(
     horizon_s: float,
 ) -> Particles:
     """Return particles that stand for the prior, as in the paper's Figure 5.
+
+    Of a mixture, each part has random streams of its own.
 
     Parameters
     ----------
@@ -70,7 +75,8 @@ def sample(
     sampling
         "iid": independent draws, the paper's sampling with replacement. "sobol": points of a
         scrambled Sobol sequence over all dimensions, which fill the prior more evenly. "all":
-        every listed start, distance and speed and every route, weighted by its probability.
+        every listed start, distance and speed and every route, weighted by its probability. Which
+        part of a mixture a particle is of is drawn with "iid", and shared out evenly with "sobol".
     horizon_s
         Routes go on to a sink, or to the edge on which the particle is then, in towns a little
         further; seconds on the target's clock.
@@ -83,6 +89,52 @@ def sample(
     choice("sampling", sampling, Sampling)
     n = whole("n", n, least=0 if sampling == "all" else 1)
     horizon_s = number("horizon_s", horizon_s, above=0.0, ends=False)
+    how = How(sampling, horizon_s)
+    if isinstance(prior, Mixture):
+        return _mixed(prior, network, n, rng, how)
+    return _of_one(prior, network, n, rng, how)
+
+
+class How(NamedTuple):
+    """How particles are drawn."""
+
+    sampling: Sampling
+    horizon_s: float
+
+
+def _mixed(
+    mixture: Mixture, network: RoadNetwork, n: int, rng: np.random.Generator, how: How
+) -> Particles:
+    """Return particles of all parts, each in its place among the others."""
+    which, *own = rng.spawn(1 + len(mixture.parts))
+    if how.sampling == "all":
+        every = [_of_one(p, network, n, r, how) for p, r in zip(mixture.parts, own, strict=True)]
+        return together(
+            [
+                replace(part, weight=part.weight * share)
+                for part, share in zip(every, mixture.share, strict=True)
+            ]
+        )
+    is_drawn = how.sampling == "iid"
+    part = mixture.drawn(n, which) if is_drawn else mixture.apportioned(n)
+    count = np.bincount(part, minlength=len(mixture.parts))
+    particles = together(
+        [
+            _of_one(prior, network, many, stream, how)
+            for prior, many, stream in zip(mixture.parts, count.tolist(), own, strict=True)
+            if many
+        ]
+    )
+    # All weigh alike that are drawn; what is shared out weighs what it stands for.
+    each = np.full(n, 1 / n) if is_drawn or not count.all() else (mixture.share / count)[part]
+    back = np.argsort(np.argsort(part, kind="stable"), kind="stable")
+    return replace(particles.take(back), weight=each * mixture.probability_present)
+
+
+def _of_one(
+    prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator, how: How
+) -> Particles:
+    sampling, horizon_s = how
     # First of all, so that a particle's driver is the same however many there are.
     streams = Streams.of(rng.spawn(1)[0])
     if sampling == "all":
@@ -102,7 +154,7 @@ def sample(
 
 def predefined(
     network: RoadNetwork,
-    prior: Prior,
+    prior: Belief,
     route: Sequence[str],
     rng: np.random.Generator,
     *,
@@ -114,7 +166,7 @@ def predefined(
     Parameters
     ----------
     prior
-        Tells how it drives and what happens at its end.
+        Tells how it drives and what happens at its end; of a mixture, the first part does.
     route
         Names of edges, each of which leads to the next.
     offset_m
@@ -142,7 +194,7 @@ def predefined(
     start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
     streams = Streams.of(rng.spawn(1)[0])
-    return _particles(prior, network, start, routes, np.ones(1), streams)
+    return _particles(parts_of(prior)[0], network, start, routes, np.ones(1), streams)
 
 
 def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
@@ -160,10 +212,7 @@ def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
         raise InputError("route: is empty; name at least one edge")
     for name in route:
         if name not in network.edge_index:
-            if name in network.closed_edges:
-                raise InputError(f"route: {name} is not for cars; name edges that a car may use")
-            hint = suggestion(name, network.edge_ids)
-            raise InputError(f"route: {name} is not an edge of the network; {hint}")
+            raise InputError(f"route: {name} {no_edge(name, network)}")
     edges = [network.edge_index[name] for name in route]
     for before, after in pairwise(edges):
         ways = network.turns(before, back=True)

@@ -11,8 +11,15 @@ from planner.belief.stretches import Stretches
 from planner.belief.zone_file import read_zone
 from planner.errors import InputError
 from planner.messages import as_written
+from planner.network.georeference import grid_convergence_deg, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
-from planner.scenario.target_values import AreaStart, CircleStart, StretchStart, TazStart
+from planner.scenario.target_values import (
+    AreaStart,
+    CircleStart,
+    LonLatStart,
+    StretchStart,
+    TazStart,
+)
 
 
 def stretches_of(start: Any, network: RoadNetwork, folder: Path = Path()) -> Stretches | None:
@@ -41,6 +48,13 @@ def stretches_of(start: Any, network: RoadNetwork, folder: Path = Path()) -> Str
             heading_deg=start.heading_deg,
             leads_on=True,
         )
+    if isinstance(start, LonLatStart):
+        xy_m = xy_of_lonlat(network, np.array([start.lon, start.lat]))
+        heading_deg = start.heading_deg
+        if heading_deg is not None:
+            heading_deg -= float(grid_convergence_deg(network, xy_m))
+        x_m, y_m = map(float, xy_m)
+        return in_circle(network, x_m, y_m, start.radius_m, heading_deg=heading_deg, leads_on=True)
     if isinstance(start, AreaStart):
         return in_area(network, start.area, leads_on=True)
     if isinstance(start, TazStart):

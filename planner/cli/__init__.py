@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
@@ -45,6 +46,7 @@ EXAMPLES: Examples = (
 # All that `planner --help` needs; a command's file repeats its summary and a test compares them.
 COMMANDS = (
     ("build", "build a scenario's road network with netconvert"),
+    ("check", "measure a net, tell what work on it costs and what is odd"),
     ("futures", "simulate the particles in SUMO and record their futures"),
     ("where", "show where the target may be at a given time"),
     ("plan", "plan a search and evaluate it on fresh targets"),
@@ -146,44 +148,10 @@ def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
 
 def command_named(name: str) -> Command:
     """Return the command of that name; its file is loaded only now, which keeps --help quick."""
-    match name:
-        case "build":
-            from planner.cli import build
-
-            return build
-        case "futures":
-            from planner.cli import futures
-
-            return futures
-        case "where":
-            from planner.cli import where
-
-            return where
-        case "plan":
-            from planner.cli import plan
-
-            return plan
-        case "fly":
-            from planner.cli import fly
-
-            return fly
-        case "certify":
-            from planner.cli import certify
-
-            return certify
-        case "compare":
-            from planner.cli import compare
-
-            return compare
-        case "experiment":
-            from planner.cli import experiment
-
-            return experiment
-        case "doctor":
-            from planner.cli import doctor
-
-            return doctor
-    raise ValueError(name)
+    if name not in dict(COMMANDS):
+        raise ValueError(name)
+    command: Command = import_module(f"planner.cli.{name}")
+    return command
 
 
 def _add_arguments(commands: Any, name: str, command: Command) -> None:

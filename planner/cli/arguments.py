@@ -17,7 +17,11 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         "...), or the run.json of an earlier run",
     )
     parser.add_argument(
-        "-n", "--net-file", type=path, metavar="FILE", help="use another SUMO network (.net.xml)"
+        "-n",
+        "--net-file",
+        type=path,
+        metavar="FILE",
+        help="use another network: a .net.xml, a .sumocfg or an OpenStreetMap file",
     )
     parser.add_argument(
         "-s", "--seed", type=seed, help="seed of all random draws (default: the scenario's)"

@@ -3,26 +3,35 @@
 import argparse
 import shutil
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.cli.arguments import add_scenario, path
 from planner.cli.printing import print_json, print_result, summary_lines
+from planner.errors import InputError
+from planner.guard import kind_of_xml, opened_xml
 from planner.messages import plain
 
 if TYPE_CHECKING:
     from planner.scenario.sections import Scenario
 
 SUMMARY = "build a scenario's road network with netconvert"
-DETAILS = ""
+DETAILS = """\
+SCENARIO may also be a net: a .net.xml (or .net.xml.gz), a .sumocfg or an
+OpenStreetMap file."""
 EXAMPLES = (
     ("build grid5x5 -o grid.net.xml", "the network, to open in netedit"),
+    ("build --osm a.osm -o a.net.xml", "a town's roads for cars"),
     ("build grid5x5 --show", "the scenario with all its defaults"),
 )
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `planner build`."""
-    add_scenario(parser)
+    add_scenario(parser, optional=True)
+    parser.add_argument(
+        "--osm", type=path, metavar="FILE", help="build this OpenStreetMap file (.osm, .osm.gz)"
+    )
     parser.add_argument(
         "-o", "--output", type=path, metavar="FILE", help="also write the .net.xml to FILE"
     )
@@ -36,15 +45,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Build the network and print its size."""
-    from planner.cli.session import opened_scenario, output_file
+    from planner.cli.nets import opened_net
+    from planner.cli.session import output_file
 
+    _take_osm(arguments)
     with ExitStack() as stack:
         new = output_file(stack, arguments)
-        opened = opened_scenario(arguments)
-        network = opened.network
+        network, opened = opened_net(arguments)
         if new is not None:
-            shutil.copyfile(network.path, new)
+            _copy(network.path, new, packed=arguments.output.suffix == ".gz")
     if arguments.show:
+        if opened is None:
+            raise InputError(f"{arguments.scenario}: is a net; --show goes with a scenario")
         _show(arguments, opened.scenario)
         return 0
     summary = {
@@ -57,6 +69,28 @@ def run(arguments: argparse.Namespace) -> int:
     }
     print_result(arguments, summary, summary_lines(summary))
     return 0
+
+
+def _take_osm(arguments: argparse.Namespace) -> None:
+    """Let an OpenStreetMap file stand in the scenario's place."""
+    if (arguments.osm is None) == (arguments.scenario is None):
+        raise InputError("build: give a SCENARIO, a net, or --osm FILE; one of them")
+    if arguments.osm is not None:
+        if kind_of_xml(arguments.osm) != "osm":
+            raise InputError(f"--osm {arguments.osm}: is no OpenStreetMap file in XML")
+        arguments.scenario = str(arguments.osm)
+
+
+def _copy(net: Path, new: Path, *, packed: bool) -> None:
+    """Write a net, which may be packed, as it is to be."""
+    import gzip
+
+    with opened_xml(net) as file, new.open("wb") as out:
+        if packed:
+            with gzip.GzipFile(fileobj=out, mode="wb", filename="", mtime=0) as inside:
+                shutil.copyfileobj(file, inside)
+        else:
+            shutil.copyfileobj(file, out)
 
 
 def _show(arguments: argparse.Namespace, scenario: "Scenario") -> None:

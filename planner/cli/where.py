@@ -55,9 +55,11 @@ def run(arguments: argparse.Namespace) -> int:
     summary = {
         "time_s": arguments.at,
         "elsewhere_probability": elsewhere,
-        "roads": [vars(road) for road in roads],
+        "roads": [{**vars(road), **where.whereabouts(road, opened.network)} for road in roads],
     }
-    table = where.where_table(roads, time_s=arguments.at, elsewhere_probability=elsewhere)
+    table = where.where_table(
+        roads, opened.network, time_s=arguments.at, elsewhere_probability=elsewhere
+    )
     written = [f"written to {arguments.output}"] if arguments.output else []
     print_result(arguments, summary, [table, *written])
     return 0

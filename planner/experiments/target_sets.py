@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
+from planner.belief.mixture import Mixture
 from planner.belief.particles import Particles
 from planner.belief.recipe import Drawn
 from planner.errors import InputError
@@ -74,6 +75,8 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
 
 def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
     prior = opened.truth_prior
+    if isinstance(prior, Mixture):
+        raise InputError("sets: take single targets; leave target.mix out")
     prior = replace(
         prior,
         speed_mps=_at_points(prior.speed_mps, target_set.points),

@@ -31,6 +31,10 @@ class Cost(NamedTuple):
         """Return that of so many recordings, each with runs of its own."""
         return Cost(sets * self.runs, sets * self.cpu_s, sets * self.load_s)
 
+    def plus(self, other: "Cost") -> "Cost":
+        """Return that of both, one after the other."""
+        return Cost(self.runs + other.runs, self.cpu_s + other.cpu_s, self.load_s + other.load_s)
+
     def wall_s(self, workers: int) -> float:
         """Return how long it takes with some processes, seconds."""
         return self.load_s + self.cpu_s / max(1, min(workers, self.runs))

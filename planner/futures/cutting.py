@@ -13,8 +13,9 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
+from planner.belief.mixture import parts_of
 from planner.belief.particles import Particles
-from planner.belief.prior import in_town
+from planner.belief.prior import Prior, in_town
 from planner.belief.recipe import Drawn, Recipe
 from planner.cache import is_whole
 from planner.errors import InputError
@@ -113,11 +114,18 @@ def _obstacle(sibling: Sibling, recipe: Drawn) -> str:
         return "ends earlier"
     if recipe.horizon_s % KNOT_EVERY_S != 0.0:
         return f"can be cut at multiples of {as_written(KNOT_EVERY_S)} s only"
-    if recipe.prior.speed_mps.high > STOPS_MPS:
+    parts = parts_of(recipe.prior)
+    if max(_fastest_mps(part) for part in parts) > STOPS_MPS:
         return f"has targets above {as_written(STOPS_MPS)} m/s, whose drivers look too far ahead"
-    if recipe.prior.speed_per_road:  # the fastest on the whole route is SUMO's limit at the start
+    if any(
+        part.speed_per_road for part in parts
+    ):  # the fastest on the whole route is SUMO's limit at the start
         return "has speeds by road, whose drivers depend on the horizon"
     return ""
+
+
+def _fastest_mps(prior: Prior) -> float:
+    return prior.speed_mps.high * (prior.flees.factor if prior.flees else 1.0)
 
 
 def _cut(

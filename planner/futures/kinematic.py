@@ -89,6 +89,8 @@ def kinematic_futures(
         phase_s.astype(np.int32),
         particles.stop_s,
         particles.end_m,
+        particles.flees_s,
+        particles.flees,
     )
     free = particles.driving == "free"
     roads = _roads(network, signals, free=free)

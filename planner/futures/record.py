@@ -267,6 +267,8 @@ def _vehicle(network: RoadNetwork, particles: Particles, k: int) -> Vehicle:
         depart_s=float(particles.depart_s[k]),
         stop_s=float(particles.stop_s[k]),
         end_m=float(particles.end_m[k]),
+        flees_s=float(particles.flees_s[k]),
+        flees=float(particles.flees[k]),
     )
 
 

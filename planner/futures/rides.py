@@ -151,10 +151,13 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
     )
     xy_m, roads = array("d", place(RIDER)), [(0, *_road(libsumo, vehicle, road_of(RIDER)))]
     goal, before_end = vehicle.edges[-1], None
+    calms_at = _flee(libsumo, session, vehicle)
     lasts_s = min(session.end_s, vehicle.stop_s) - from_s
     for sample in range(1, 1 + math.ceil(lasts_s / session.step_s)):
         if steer is not None:
             steer()
+        if sample == calms_at:
+            _drive_at(libsumo, vehicle, 1.0)
         if roads[-1][1] == goal:
             before_end = _before_end(libsumo, vehicle)
         step()
@@ -207,6 +210,19 @@ def _set_down(libsumo: Any, session: Session, vehicle: Vehicle) -> float:
             return at_s
         at_s += session.step_s
     raise SumoError(f"SUMO never let particle {vehicle.name} into {session.given_as}")
+
+
+def _flee(libsumo: Any, session: Session, vehicle: Vehicle) -> int:
+    """Let a vehicle drive faster than it may; return the step in which it no longer does."""
+    if not (session.free and vehicle.flees_s > 0.0):
+        return 0
+    _drive_at(libsumo, vehicle, vehicle.flees)
+    return 1 + math.ceil(vehicle.flees_s / session.step_s)
+
+
+def _drive_at(libsumo: Any, vehicle: Vehicle, factor: float) -> None:
+    libsumo.vehicle.setMaxSpeed(RIDER, vehicle.speeds_mps[0] * factor)
+    libsumo.vehicle.setSpeedFactor(RIDER, factor)  # after it, which would undo this
 
 
 def _steering(libsumo: Any, session: Session, vehicle: Vehicle) -> Callable[[], None] | None:

@@ -36,6 +36,8 @@ class Vehicle:
     depart_s: float
     stop_s: float = math.inf  # when it rests, wherever it is; in rides only
     end_m: float = math.inf  # along the last edge, where it arrives; in rides only
+    flees_s: float = 0.0  # for so long it drives faster by a factor; in rides only
+    flees: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What the network and files say of a target's start, or what is wrong with it there."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from planner.arrays import Floats
@@ -13,7 +13,7 @@ from planner.belief.ways import can_reach
 from planner.errors import Fault, InputError
 from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.sections import TargetSection
 from planner.scenario.target_values import Goal, StretchStart
 
@@ -138,3 +138,14 @@ def _stretch_faults(
                 f"{as_written(reaches_m)} is beyond the end of {stretch.edge}, which is "
                 f"{as_written(length_m)} m long; stay within it",
             )
+
+
+def told_once(faults: Iterable[Fault]) -> Iterator[Fault]:
+    """Yield faults, of those that components of a mixture share the first one only."""
+    told: set[tuple[str, str]] = set()
+    for fault in faults:
+        component, _, field = fault.key.partition("].")
+        same = (field if ".mix[" in component else fault.key, fault.text)
+        if same not in told:
+            told.add(same)
+            yield fault

@@ -2,21 +2,22 @@
 
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from planner.belief.distribution import distribution
-from planner.belief.prior import Known, Prior, TurnTable, prior_of
+from planner.belief.mixture import Belief, Mixture
+from planner.belief.prior import Known, TurnTable, prior_of
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
-from planner.mission.known_target import known_target
+from planner.mission.known_target import known_target, told_once
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
+from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
@@ -35,8 +36,8 @@ class OpenScenario:
 
     scenario: Scenario
     network: RoadNetwork
-    prior: Prior  # what the planners know
-    truth_prior: Prior  # what the true targets are drawn from
+    prior: Belief  # what the planners know
+    truth_prior: Belief  # what the true targets are drawn from
 
     @property
     def uav_xy_m(self) -> tuple[float, float]:
@@ -72,26 +73,48 @@ def open_scenario(
     known: dict[str, Known] = {}
     if network is not None:
         for key, target, names in _targets(draft):
-            turns, found = _turns(key, target, network, draft)
-            found += _start_faults(key, target, network)
-            if not _stands_in(target, draft.faults):
-                found += _distance_faults(key, target, network)
-            known[key], more = known_target(key, target, network, draft.folder)
-            known[key] = known[key]._replace(turns=turns)
-            faults += faults_of_fields([*found, *more], key, names)
+            found: list[Fault] = []
+            if key == "truth" and target == draft.target:
+                known |= {f"truth{name.removeprefix('target')}": k for name, k in known.items()}
+                continue
+            for part_key, part in target.parts(key):
+                known[part_key], wrong = _known(part_key, part, network, draft)
+                found += wrong
+            faults += told_once(faults_of_fields(found, key, names))
         faults += _uav_faults(draft.uav, network)
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
             faults += _landing_faults(draft.uav, network)
             faults += _far_faults(draft, draft.uav, network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
-    scenario = draft.scenario()
+    scenario = draft.scenario(in_town=not network.is_abstract)
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=prior_of(scenario.target, network, known["target"]),
-        truth_prior=prior_of(scenario.truth, network, known["truth"]),
+        prior=_belief("target", scenario.target, network, known),
+        truth_prior=_belief("truth", scenario.truth, network, known),
     )
+
+
+def _known(
+    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
+) -> tuple[Known, list[Fault]]:
+    turns, found = _turns(key, target, network, draft)
+    found += _start_faults(key, target, network)
+    if not _stands_in(target, draft.faults):
+        found += _distance_faults(key, target, network)
+    known, more = known_target(key, target, network, draft.folder)
+    return known._replace(turns=turns), [*found, *more]
+
+
+def _belief(
+    key: str, target: TargetSection, network: RoadNetwork, known: Mapping[str, Known]
+) -> Belief:
+    priors = [prior_of(part, network, known[name]) for name, part in target.parts(key)]
+    if target.mix is None:
+        return priors[0]
+    weight = np.array([part.weight for part in target.mix])
+    return Mixture(weight / weight.sum(), tuple(priors))
 
 
 def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]]:

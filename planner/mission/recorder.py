@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from planner.belief.mixture import Belief
 from planner.belief.particles import Particles
-from planner.belief.prior import Prior
 from planner.belief.recipe import Drawn, OneTarget, Recipe
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
@@ -129,7 +129,7 @@ class Recorder:
 
     def _drawn(
         self,
-        prior: Prior,
+        prior: Belief,
         n: int,
         name: Sequence[str | int],
         *,
@@ -151,7 +151,7 @@ class Recorder:
 
     def _recipe(
         self,
-        prior: Prior,
+        prior: Belief,
         n: int,
         name: Sequence[str | int],
         *,

@@ -18,6 +18,7 @@ from planner.search.methods import METHODS, Method, method_named
 SCENARIO = "figure3"
 SETTINGS = ("search.work=300", "search.particles=8", "search.sampling=iid")
 STREETS = ("network.abstract=false",)  # where there is a kinematic clock
+GOES = ("target.goes=[{ edge = 'DG' }]",)
 # What else is compiled than by each method on its own.
 MORE = (
     ("best", "search.free=true"),
@@ -34,7 +35,9 @@ def compile_all(progress: Progress = silent) -> None:
     cases = [*((method.name,) for method in METHODS), *MORE]
     samples = SampleColumns(np.array([0, 1]), np.zeros(1), np.zeros(1), np.zeros(1))
     farthest_reach(samples, 1.0, np.zeros(1, dtype=bool))
-    planning_guess(Recorder(open_scenario(SCENARIO, overrides=[*SETTINGS, *STREETS])))
+    for more in ((), GOES):
+        opened = open_scenario(SCENARIO, overrides=[*SETTINGS, *STREETS, *more])
+        planning_guess(Recorder(opened))
     for done, (name, *settings) in enumerate(cases):
         progress(done, len(cases), name)
         with suppress(NotApplicableError):

@@ -13,6 +13,7 @@ from planner.files import written_whole
 from planner.guard import opened, xml_elements
 from planner.network.names import refuse_unusable_names
 from planner.network.sumo import netconvert, plain_names, sumo_version
+from planner.scenario.sections import OF_OSM
 
 log = logging.getLogger(__name__)
 
@@ -84,14 +85,17 @@ def import_osm(osm: Path) -> Path:
     InputError
         If the file is missing or netconvert refuses it.
     """
-    return _build({"--osm-files": osm}, TOWN, osm.parent)
+    return _build({"--osm-files": osm}, TOWN, osm.parent, credit=OF_OSM)
 
 
-def _build(sources: Mapping[str, Path], options: Sequence[str], folder: Path) -> Path:
+def _build(
+    sources: Mapping[str, Path], options: Sequence[str], folder: Path, *, credit: str = ""
+) -> Path:
     subject = ", ".join(str(path) for path in sources.values())
     contents = {option: _content(path) for option, path in sources.items()}
     with plain_names(list(sources.values()), folder) as links:
-        net = cache_folder("nets") / f"{_key(sources, contents, options, links)}.net.xml"
+        key = _key(sources, contents, [*options, *([credit] if credit else [])], links)
+        net = cache_folder("nets") / f"{key}.net.xml"
         if is_whole(net):
             return net
         log.info("netconvert builds the network of %s", subject)
@@ -107,7 +111,9 @@ def _build(sources: Mapping[str, Path], options: Sequence[str], folder: Path) ->
                 raise
             if not made.read_bytes().rstrip().endswith(b"</net>"):
                 raise OutputError(f"{subject}: netconvert wrote half a net; is the disk full?")
-            content = MADE_AT.sub(rb"\1", made.read_bytes(), count=1)
+            # Whose data it is stays with the net, wherever it is copied to.
+            head = f"<!-- {credit} -->\n".encode() if credit else b""
+            content = MADE_AT.sub(lambda found: found[1] + head, made.read_bytes(), count=1)
             if "--edge-files" in sources:
                 refuse_spoilt_names(sources["--edge-files"], content)
                 refuse_spoilt_names(sources["--node-files"], content)

@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from planner.arrays import Flags, Floats, first_kept
+from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
+from planner.network.street_names import no_edge
 
 NEAR_HULL_M = 100.0  # an end as near to the convex hull of all roads lies at the edge of the map
 FREE_DEG = 150.0  # and so does one before which so wide a sector holds no road
@@ -107,3 +109,19 @@ def with_exits(network: RoadNetwork, edge_exit: Flags) -> RoadNetwork:
         turn_edge=network.turn_edge[kept],
         turn_back=network.turn_back[kept],
     )
+
+
+def named_exits(network: RoadNetwork, names: Sequence[str]) -> Flags:
+    """Return which edges of a network have the names given, (E,).
+
+    Raises
+    ------
+    InputError
+        If one is none of its edges.
+    """
+    exits = np.zeros(len(network.edge_ids), bool)
+    for name in names:
+        if name not in network.edge_index:
+            raise InputError(f"{network.given_as}: exits: {name} {no_edge(name, network)}")
+        exits[network.edge_index[name]] = True
+    return exits

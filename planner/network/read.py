@@ -1,6 +1,7 @@
 """A SUMO network file as columns, read once and kept."""
 
 import hashlib
+import html
 import json
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -14,19 +15,27 @@ from planner.arrays import Flags, Floats, Ints, first_of_parts
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.network.build import build_net, import_osm
-from planner.network.exits import found_exits, with_exits
+from planner.network.exits import found_exits, named_exits, with_exits
+from planner.network.net_file import credit_in, net_behind
 from planner.network.road_network import RoadNetwork
-from planner.network.streets import no_edge
 from planner.network.sumo import CAR, STUMBLES, parse_net, sumo_file
 from planner.npz import read_columns, write_columns
 from planner.scenario.sections import OF_SUMO, NetworkSection
 
 # Goes into the name of kept columns: raise it when their meaning changes.
-COLUMNS_VERSION = 4
+COLUMNS_VERSION = 6
 # A net that measures less, or most of whose roads do, is in degrees; one that measures more, in mm.
 SMALLEST_M, SHORTEST_M, LARGEST_M = 1.0, 0.1, 4e7
 IN_MEMORY = 8  # networks that a process keeps, by content: a batch opens the same one many times
-TEXTS = ("node_ids", "road_ids", "edge_ids", "closed_edge_ids", "projection")
+TEXTS = (
+    "node_ids",
+    "road_ids",
+    "edge_ids",
+    "closed_edge_ids",
+    "edge_street",
+    "projection",
+    "net_offset_m",
+)
 ARRAYS = (
     "node_xy_m",
     "road_from",
@@ -61,7 +70,8 @@ def open_network(section: NetworkSection, folder: Path) -> RoadNetwork:
     """
     files, credit, exits = source_files(section, folder), section.credit, section.exits
     if "net" in files:
-        return read_net(files["net"], attribution=credit, exits=exits)
+        net = net_behind(files["net"])
+        return read_net(net, source=files["net"], attribution=credit, exits=exits)
     if "osm" in files:
         net = import_osm(files["osm"])
         return read_net(net, source=files["osm"], attribution=credit, exits=exits)
@@ -111,7 +121,7 @@ def read_net(
     source
         The file that the user gave, if another one, for messages.
     attribution
-        Whose data it is, for all that is made from it.
+        Whose data it is, for all that is made from it; "": as the net itself says.
     exits
         Names of the edges that lead off the map. None: those that `found_exits` finds, and none
         where the net is abstract.
@@ -143,21 +153,11 @@ def _network(
         _save(kept, columns)
         seal(kept)
     found = columns.pop("edge_exit")
-    network = RoadNetwork(
-        **columns, path=path, sha256=sha256, source=source, attribution=attribution
-    )
+    credit = attribution or credit_in(path)
+    network = RoadNetwork(**columns, path=path, sha256=sha256, source=source, attribution=credit)
     if exits is not None:
-        return with_exits(network, _named_exits(network, exits))
+        return with_exits(network, named_exits(network, exits))
     return network if network.is_abstract else with_exits(network, found)
-
-
-def _named_exits(network: RoadNetwork, names: Sequence[str]) -> Flags:
-    exits = np.zeros(len(network.edge_ids), bool)
-    for name in names:
-        if name not in network.edge_index:
-            raise InputError(f"{network.given_as}: exits: {name} {no_edge(name, network)}")
-        exits[network.edge_index[name]] = True
-    return exits
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd extents are refused for what they are
@@ -231,7 +231,9 @@ def _columns(path: Path, source: Path) -> dict[str, Any]:
         "turn_back": np.concatenate(back),
         "half_width_m": np.zeros(len(edges)),
         "edge_exit": found_exits(shapes, leads_on),
+        "edge_street": tuple(_street(edge) for edge in edges),
         "projection": _projection(net),
+        "net_offset_m": _offset_m(net, source),
     }
 
 
@@ -239,6 +241,18 @@ def _projection(net: Any) -> str | None:
     # sumolib's public way to it needs pyproj.
     parameters = net._location.get("projParameter", NO_PROJECTION)
     return None if parameters == NO_PROJECTION else str(parameters)
+
+
+def _offset_m(net: Any, source: Path) -> tuple[float, float]:
+    x_m, y_m = map(float, net._location.get("netOffset", "0,0").split(","))
+    if not np.isfinite((x_m, y_m)).all():
+        raise InputError(f"{source}: its netOffset is not finite; build the network again")
+    return x_m, y_m
+
+
+def _street(edge: Any) -> str:
+    # netconvert escapes what OpenStreetMap had escaped already.
+    return " ".join(html.unescape(edge.getName() or "").split())
 
 
 def _shape(edge: Any) -> Floats:

@@ -40,6 +40,8 @@ class RoadNetwork(Frozen):
     # (R,) metres from the drawn line to where a target may be beside it; left out: none
     half_width_m: Floats = field(default_factory=lambda: np.zeros(0))
     projection: str | None = None  # PROJ's parameters, as the net gives them; None: it has none
+    net_offset_m: tuple[float, float] = (0.0, 0.0)  # added to what PROJ makes of lon and lat
+    edge_street: tuple[str, ...] = ()  # E names of streets, "" where there is none; left out: none
     # (T,) straight back where there is another way on: taken only by who is said to; left out: none
     turn_back: Flags = field(default_factory=lambda: np.zeros(0, bool))
     # (E,) whether a target that reaches the end has left the map; no turn follows; left out: none
@@ -55,6 +57,8 @@ class RoadNetwork(Frozen):
             object.__setattr__(self, "turn_back", np.zeros(len(self.turn_edge), bool))
         if len(self.edge_exit) == 0:
             object.__setattr__(self, "edge_exit", np.zeros(len(self.edge_ids), bool))
+        if len(self.edge_street) == 0:
+            object.__setattr__(self, "edge_street", ("",) * len(self.edge_ids))
         freeze(
             self,
             node_xy_m=np.float64,
@@ -85,7 +89,7 @@ class RoadNetwork(Frozen):
         )
         edge = {"edge_length_m": self.edge_length_m, "edge_limit_mps": self.edge_limit_mps}
         lengths(edges, edge_road=self.edge_road, edge_lanes=self.edge_lanes, **edge)
-        lengths(edges, edge_exit=self.edge_exit)
+        lengths(edges, edge_exit=self.edge_exit, edge_street=self.edge_street)
         offsets("first_point", self.first_point, roads, len(self.shape_xy_m))
         offsets("first_turn", self.first_turn, edges, len(self.turn_edge))
         lengths(len(self.turn_edge), turn_back=self.turn_back)

@@ -13,6 +13,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.mission.trial import Trial
 from planner.network.road_network import RoadNetwork
+from planner.network.street_names import has_street_names, road_phrase
 from planner.report.formats import Column, FittingTable, percent, titled_table
 
 if TYPE_CHECKING:
@@ -97,15 +98,19 @@ def plan_table(row: MethodRow) -> FittingTable:
 def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> FittingTable:
     """Return the roads of a plan in the order flown, with times on the target's clock.
 
+    Where the net has names of streets, roads are called by them.
+
     Parameters
     ----------
     until_s
         The horizon: no road that begins after it is shown, nor are more than ``MOST_ROWS``.
     """
+    named = has_street_names(network)
     ends = (Column("from", rank=3, left=True), Column("to", rank=3, left=True))
+    ids = (Column("street", left=True, wraps=True), Column("road", rank=3, left=True))
     times_s = (Column("start", rank=1), Column("end", rank=2))
-    columns = (Column("#"), Column("road", left=True), *ends, *times_s)
-    table = FittingTable("roads in the order flown", columns)
+    called = ids if named else (Column("road", left=True), *ends)
+    table = FittingTable("roads in the order flown", (Column("#"), *called, *times_s))
     flown = [
         (order, leg)
         for legs in plan.legs
@@ -114,8 +119,11 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     ]
     for order, leg in flown[:MOST_ROWS]:
         times = (clock(leg.start_s), clock(leg.end_s))
-        from_to = leg_ends(network, leg.leg)
-        table.add_row(str(order), network.road_ids[leg.road], *from_to, *times)
+        road = network.road_ids[leg.road]
+        if named:
+            table.add_row(str(order), road_phrase(network, leg.leg), road, *times)
+        else:
+            table.add_row(str(order), road, *leg_ends(network, leg.leg), *times)
     _tell_more(table, len(flown))
     return table
 

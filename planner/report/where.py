@@ -2,50 +2,88 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planner.clock import clock
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.mission.opening import OpenScenario
+from planner.network.georeference import is_georeferenced, lonlat
+from planner.network.road_network import RoadNetwork
+from planner.network.street_names import has_street_names, stretch_phrase
 from planner.report.csv_file import write_csv
-from planner.report.formats import percent, titled_table
+from planner.report.formats import Column, FittingTable, percent
 from planner.report.picture import where_picture
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 TABLE, PICTURE = "where.csv", "where.png"
 FILES = (TABLE, PICTURE)
 
 
 def where_table(
-    rows: Sequence[RoadState], *, time_s: float, elsewhere_probability: float, most: int = 20
-) -> "Table":
+    rows: Sequence[RoadState],
+    network: RoadNetwork,
+    *,
+    time_s: float,
+    elsewhere_probability: float,
+    most: int = 20,
+) -> FittingTable:
     """Return where the target is believed to be, road by road, the likeliest first.
 
     Parameters
     ----------
+    network
+        Where it has names of streets, roads are called by them.
     elsewhere_probability
         Probability that it is gone, never was there, or has not set out yet.
     most
         How many roads are named; the others stand in one row.
     """
-    table = titled_table(f"where the target may be at {clock(time_s)}")
-    table.add_column("road")
-    table.add_column("probability", justify="right")
+    named = has_street_names(network)
     quantiles = ", ".join(f"{share:.0%}" for share in QUANTILES)
-    table.add_column(f"distance, m ({quantiles})", justify="right")
-    table.add_column("speed, m/s", justify="right")
+    table = FittingTable(
+        f"where the target may be at {clock(time_s)}",
+        (
+            *([Column("street", left=True, wraps=True)] if named else []),
+            Column("road", left=True, rank=3 if named else 0),
+            Column("probability"),
+            Column(f"distance, m\n({quantiles})", rank=1),
+            Column("speed, m/s", rank=2),
+        ),
+    )
     for row in rows[:most]:
         distance = " ".join(f"{metres:>7,.0f}" for metres in row.distance_m)
         speed = " ".join(f"{mps:5.1f}" for mps in row.speed_mps)
-        table.add_row(row.edge, percent(row.probability), distance, speed)
+        called = [_street(row, network)] * named
+        table.add_row(*called, row.edge, percent(row.probability), distance, speed)
+    blank = [""] * named
     if len(rows) > most:
         rest = sum(row.probability for row in rows[most:])
-        table.add_row(f"{len(rows) - most} other roads", percent(rest), "", "")
+        table.add_row(f"{len(rows) - most} other roads", *blank, percent(rest), "", "")
     if elsewhere_probability > 1e-9:
-        table.add_row("not on the roads", percent(elsewhere_probability), "", "")
+        table.add_row("not on the roads", *blank, percent(elsewhere_probability), "", "")
     return table
+
+
+def _street(row: RoadState, network: RoadNetwork) -> str:
+    edge = network.edge_index.get(row.edge)
+    return "" if edge is None else stretch_phrase(network, int(network.edge_road[edge]))
+
+
+def whereabouts(row: RoadState, network: RoadNetwork) -> dict[str, Any]:
+    """Return where the road of a state is for people: its street, and a place on the Earth.
+
+    Where the net has them: ``street``, and ``lon_deg`` and ``lat_deg`` of the median distance.
+    """
+    found: dict[str, Any] = {}
+    edge = network.edge_index.get(row.edge)
+    if has_street_names(network):
+        found["street"] = _street(row, network)
+    if is_georeferenced(network):
+        median_m = row.distance_m[QUANTILES.index(0.5)]
+        place = [None, None]
+        if edge is not None:
+            place = lonlat(network, network.edge_xy(edge, median_m)).tolist()
+        found |= dict(zip(("lon_deg", "lat_deg"), place, strict=True))
+    return found
 
 
 def write_where(
@@ -58,6 +96,6 @@ def write_where(
         for name in ("distance_m", "speed_mps"):
             quantiles = zip(QUANTILES, getattr(road, name), strict=True)
             row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
-        rows.append(row)
+        rows.append(row | whereabouts(road, opened.network))
     write_csv(folder / TABLE, rows)
     where_picture(folder / PICTURE, opened.network, state, title=opened.scenario.title)

@@ -9,11 +9,11 @@ from planner.scenario.sections import (
     OF_SUMO,
     GreedySection,
     NetworkSection,
+    Scenario,
     SearchSection,
     TargetSection,
     UavSection,
 )
-from planner.scenario.values import probability_fault
 
 # The keys that checks across sections depend on.
 HORIZON_KEYS = (
@@ -76,40 +76,6 @@ def _is_below(name: str) -> bool:
     return bool(path.parts) and not odd and ".." not in path.parts
 
 
-def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:
-    """Yield what is wrong with the probabilities of a target, or a turn file that is missing."""
-    if isinstance(section.start, dict):
-        fault = probability_fault(list(section.start.values()))
-        if fault:
-            yield Fault(f"{key}.start", fault)
-    elif not isinstance(section.start, str) and not isinstance(section.distance_m, str):
-        yield Fault(
-            f"{key}.distance_m",
-            f"goes with whole edges only, but {key}.start says where on them; leave it out",
-        )
-    if section.goes not in (None, "turns"):
-        yield from _going_faults(key, section)
-    if isinstance(section.turning, dict):
-        for edge, ways in section.turning.items():
-            fault = probability_fault(list(ways.values()))
-            if fault:
-                yield Fault(f"{key}.turning.{edge}", fault)
-    elif not isinstance(section.turning, str):
-        path = folder / section.turning.file
-        if "\0" in str(path) or not path.is_file():
-            yield Fault(f"{key}.turning.file", f"there is no file {path}; correct the path")
-
-
-def _going_faults(key: str, section: TargetSection) -> Iterator[Fault]:
-    """Yield the keys that mean nothing for a target that goes somewhere."""
-    if section.turning != "equal":
-        text = f"goes with turns by chance, but {key}.goes says where to; leave one of them out"
-        yield Fault(f"{key}.turning", text)
-    if section.speed_drawn == "per road":
-        text = f'"per road" goes with turns by chance, not with {key}.goes; write "once"'
-        yield Fault(f"{key}.speed_drawn", text)
-
-
 def horizon_faults(
     target: TargetSection, uav: UavSection, search: SearchSection
 ) -> Iterator[Fault]:
@@ -140,45 +106,6 @@ def horizon_faults(
         )
 
 
-def sampling_faults(target: TargetSection, search: SearchSection) -> Iterator[Fault]:
-    """Yield the distributions that have too many values for all of them to be taken."""
-    if search.sampling != "all":
-        return
-    if not isinstance(target.start, str | dict):
-        yield Fault(
-            "target.start",
-            'stretches have endlessly many places, but search.sampling is "all"; write a table of '
-            'edges, or search.sampling = "sobol"',
-        )
-    if target.goes not in (None, "turns"):
-        yield Fault(
-            "target.goes",
-            'has endlessly many routes, but search.sampling is "all"; leave it out, or write '
-            'search.sampling = "sobol"',
-        )
-    if target.last_seen_window_s:
-        yield Fault(
-            "target.last_seen_window_s",
-            'has many seconds, but search.sampling is "all"; leave it out, or write '
-            'search.sampling = "sobol"',
-        )
-    for name in ("distance_m", "speed_mps"):
-        numbers = getattr(target, name)
-        form = numbers if isinstance(numbers, str) else numbers.form
-        if form not in ("list", "constant"):
-            yield Fault(
-                f"target.{name}",
-                f'{form} has endlessly many values, but search.sampling is "all"; '
-                'write { list = [...] } or { constant = x }, or search.sampling = "sobol"',
-            )
-    if target.speed_drawn == "per road" and target.speed_mps.form != "constant":
-        yield Fault(
-            "target.speed_drawn",
-            '"per road" makes endlessly many combinations, but '
-            'search.sampling is "all"; write "once", or search.sampling = "sobol"',
-        )
-
-
 def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]:
     """Yield the fault of a tick so short that there are too many to the horizon."""
     if greedy.tick_s and search.horizon_s / greedy.tick_s > MOST_TICKS:
@@ -189,8 +116,18 @@ def tick_faults(search: SearchSection, greedy: GreedySection) -> Iterator[Fault]
         )
 
 
-def slow_uav_warning(uav: UavSection, fastest_mps: float) -> str | None:
+def _fastest_mps(target: TargetSection) -> float:
+    """Return the highest speed of a target, or of a component of its mixture."""
+    return max(
+        part.speed_mps.high * (part.flees.factor if part.flees else 1.0)
+        for _, part in target.parts("target")
+    )
+
+
+def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
+    uav = scenario.uav
+    fastest_mps = max(map(_fastest_mps, (scenario.target, scenario.truth)))
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

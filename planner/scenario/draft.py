@@ -14,6 +14,7 @@ from planner.errors import Fault, ScenarioError
 from planner.messages import as_written, suggestion
 from planner.scenario import checks
 from planner.scenario.faults import faults_of
+from planner.scenario.profiles import inherited, written_out
 from planner.scenario.sections import (
     SECTIONS,
     FuturesSection,
@@ -26,7 +27,10 @@ from planner.scenario.sections import (
     UavSection,
 )
 from planner.scenario.source import Source, read_source
+from planner.scenario.target_checks import sampling_faults, target_faults
 from planner.scenario.values import Section
+
+GOING = ("profile", "goes", "turning")  # in [truth], in place of the target's mixture
 
 log = logging.getLogger(__name__)
 
@@ -57,8 +61,13 @@ class Draft:
         """Where the scenario's relative paths start."""
         return self.path.parent
 
-    def scenario(self) -> Scenario:
+    def scenario(self, *, in_town: bool = False) -> Scenario:
         """Return the sound scenario; a UAV that is hardly faster than its target is logged.
+
+        Parameters
+        ----------
+        in_town
+            Whether that is usual, so that `planner check` alone tells it.
 
         Raises
         ------
@@ -69,10 +78,9 @@ class Draft:
             raise ScenarioError(str(self.path), self.faults)
         sections = {key: getattr(self, key) for key in SECTIONS}
         scenario = Scenario(path=self.path, title=self.title, **sections)
-        fastest_mps = max(scenario.target.speed_mps.high, scenario.truth.speed_mps.high)
-        warning = checks.slow_uav_warning(scenario.uav, fastest_mps)
+        warning = checks.slow_uav_warning(scenario)
         if warning:
-            log.warning("%s", warning)
+            log.log(logging.INFO if in_town else logging.WARNING, "%s", warning)
         return scenario
 
 
@@ -120,6 +128,8 @@ def read_draft(
             sections[key], errors = model.attempt(tables[key])
             found = [*faults_of(key, model, errors)]
             found += _own_faults(key, sections[key], source.folder, sound=not errors)
+            if model is TargetSection:
+                found = [one for one in found if not inherited(tables[key], one, key)]
             # What the truth shares with the target is reported there.
             faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
         faults += _joint_faults(sections, faults)
@@ -155,6 +165,15 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
         truth = {}
     known_of_target = tables["target"] if isinstance(tables["target"], dict) else {}
     tables["truth"] = {**known_of_target, **truth}
+    if "mix" not in truth and any(name in truth for name in GOING):
+        tables["truth"].pop("mix", None)
+    for key in ("target", "truth"):
+        if isinstance(tables[key], dict):
+            found: list[Fault] = []
+            tables[key] = written_out(key, tables[key], source.folder, found)
+            faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
+    if "profile" in truth:
+        truth = {**tables["truth"], **truth}
     return str(title), tables, truth
 
 
@@ -164,7 +183,7 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         choice = checks.source_faults(section) if sound else ()
         return [*choice, *checks.missing_files(section, folder)]
     if isinstance(section, TargetSection):
-        return list(checks.target_faults(key, section, folder))
+        return list(target_faults(key, section, folder))
     return []
 
 
@@ -175,7 +194,7 @@ def _joint_faults(sections: Mapping[str, Any], faults: Sequence[Fault]) -> list[
     if target and uav and search and not _any_about(faults, *checks.HORIZON_KEYS):
         found += checks.horizon_faults(target, uav, search)
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
-        found += checks.sampling_faults(target, search)
+        found += sampling_faults(target, search)
     greedy = sections["greedy"]
     if greedy and search and not _any_about(faults, "greedy.tick_s", "search.horizon_s"):
         found += checks.tick_faults(search, greedy)

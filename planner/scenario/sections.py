@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.source import FILE
-from planner.scenario.target_values import Goes, Start
+from planner.scenario.target_values import Flees, Goes, Start, Stops
 from planner.scenario.values import (
     Credit,
     Distance,
@@ -51,7 +51,8 @@ class NetworkSection(Section):
     )
     net: str | None = Field(
         default=None,
-        description="the path of a SUMO .net.xml file; after sumo: one that comes with SUMO",
+        description="the path of a SUMO .net.xml or .sumocfg file, or of an OpenStreetMap file; "
+        "after sumo: one that comes with SUMO",
     )
     osm: str | None = Field(default=None, description="the path of an OpenStreetMap file")
     exits: Annotated[tuple[Name, ...], Field(strict=False)] | None = Field(
@@ -82,8 +83,8 @@ class TargetSection(Section):
 
     start: Start = Field(
         description='"anywhere", a list of edges, a table of edges and their probabilities, '
-        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { area } "
-        "or { taz, file }"
+        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
+        "{ area } or { taz, file }"
     )
     goes: Goes | None = Field(
         default=None,
@@ -120,6 +121,30 @@ class TargetSection(Section):
         default=None,
         description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
         "leave it out for time 0",
+    )
+    stops: Stops | None = Field(
+        default=None,
+        description='{ parked = 0.2, share = 0.85, mean_s = "1:00:00" }, or leave it out: none',
+    )
+    flees: Flees | None = Field(
+        default=None, description="{ for_s = 90, factor = 1.3 }, or leave it out: it does not"
+    )
+    mix: Annotated[tuple["Component", ...], Field(strict=False)] | None = Field(
+        default=None, description="what the target may be, each with its weight, or leave it out"
+    )
+
+    def parts(self, key: str) -> "list[tuple[str, TargetSection]]":
+        """Return what the target may be, by key: itself, or the components of its mixture."""
+        if self.mix is None:
+            return [(key, self)]
+        return [(f"{key}.mix[{i}]", part) for i, part in enumerate(self.mix)]
+
+
+class Component(TargetSection):
+    """One of the things that a target may be."""
+
+    weight: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(
+        description="its probability, or any number in proportion to it, above 0"
     )
 
 

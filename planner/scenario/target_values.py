@@ -12,6 +12,7 @@ from planner.scenario.values import (
     Metres,
     Name,
     NotNegative,
+    PositiveSeconds,
     Probabilities,
     Radius,
     Section,
@@ -20,6 +21,8 @@ from planner.scenario.values import (
     probability_fault,
 )
 
+Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 MOST_FACTOR = 3.0  # of what a limit allows
 
@@ -42,6 +45,17 @@ class CircleStart(Section):
 
     x_m: Metres = Field(description="metres to the east")
     y_m: Metres = Field(description="metres to the north")
+    radius_m: Radius = Field(description="within how many metres of it the target was, such as 50")
+    heading_deg: Finite | None = Field(
+        default=None, description="the compass heading (0 north, 90 east), or leave it out"
+    )
+
+
+class LonLatStart(Section):
+    """The same by longitude and latitude."""
+
+    lon: Longitude = Field(description="degrees east, such as 13.52")
+    lat: Latitude = Field(description="degrees north, such as 52.43")
     radius_m: Radius = Field(description="within how many metres of it the target was, such as 50")
     heading_deg: Finite | None = Field(
         default=None, description="the compass heading (0 north, 90 east), or leave it out"
@@ -93,6 +107,8 @@ def _sound_stretches(stretches: tuple[StretchStart, ...]) -> tuple[StretchStart,
 
 
 FORMS: dict[str, type[Section]] = {
+    "lon": LonLatStart,
+    "lat": LonLatStart,
     "x_m": CircleStart,
     "y_m": CircleStart,
     "radius_m": CircleStart,
@@ -124,6 +140,7 @@ Start = Annotated[
         Tag("~StretchStart"),
     ]
     | Annotated[CircleStart, Tag("~CircleStart")]
+    | Annotated[LonLatStart, Tag("~LonLatStart")]
     | Annotated[AreaStart, Tag("~AreaStart")]
     | Annotated[TazStart, Tag("~TazStart")],
     Discriminator(_start_form),
@@ -136,6 +153,8 @@ class Goal(Section):
     edge: Name | None = Field(default=None, description="the name of an edge")
     x_m: Metres | None = Field(default=None, description="metres to the east")
     y_m: Metres | None = Field(default=None, description="metres to the north")
+    lon: Longitude | None = Field(default=None, description="degrees east, such as 13.52")
+    lat: Latitude | None = Field(default=None, description="degrees north, such as 52.43")
     radius_m: Radius | None = Field(
         default=None, description="within how many metres, or leave it out for the nearest road"
     )
@@ -153,12 +172,19 @@ class Goal(Section):
         if given - {"p"} not in GOALS:
             raise ValueError(
                 f"gives {' and '.join(sorted(given - {'p'})) or 'no place'}; write {{ edge, p }}, "
-                "{ x_m, y_m, radius_m, p } or { taz, file, p }"
+                "{ x_m, y_m, radius_m, p }, { lon, lat, radius_m, p } or { taz, file, p }"
             )
         return self
 
 
-GOALS = ({"edge"}, {"x_m", "y_m"}, {"x_m", "y_m", "radius_m"}, {"taz", "file"})
+GOALS = (
+    {"edge"},
+    {"x_m", "y_m"},
+    {"x_m", "y_m", "radius_m"},
+    {"lon", "lat"},
+    {"lon", "lat", "radius_m"},
+    {"taz", "file"},
+)
 
 
 class GoalFile(Section):
@@ -186,3 +212,36 @@ Goes = Annotated[
     | Annotated[GoalFile, Tag("~GoalFile")],
     Discriminator(_goes_form),
 ]
+
+
+class Stops(Section):
+    """That targets park: from the start, or on the way."""
+
+    parked: Share = Field(
+        default=0.0, description="the share that is parked from the start, 0 to 1"
+    )
+    share: Share = Field(
+        default=1.0, description="the share of the others that parks sooner or later, 0 to 1"
+    )
+    mean_s: PositiveSeconds | None = Field(
+        default=None, description="how long these drive in the mean, as seconds or H:M:S"
+    )
+
+    @model_validator(mode="after")
+    def _sound(self) -> "Stops":
+        drives = self.parked < 1 and self.share > 0
+        if drives and self.mean_s is None and (self.parked == 0 or self.share < 1):
+            raise ValueError(
+                "says nothing of how long they drive; give mean_s, as in "
+                '{ share = 0.85, mean_s = "1:00:00" }, or { parked = 0.3 }'
+            )
+        return self
+
+
+class Flees(Section):
+    """That targets drive faster at first."""
+
+    for_s: PositiveSeconds = Field(default=90.0, description="for how long, such as 90")
+    factor: Annotated[float, Field(gt=1, le=MOST_FACTOR, allow_inf_nan=False)] = Field(
+        default=1.3, description="times the limits and its own speed, above 1 and at most 3"
+    )

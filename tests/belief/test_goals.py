@@ -272,8 +272,8 @@ def test_starts_that_do_not_lead_there_are_left_out_and_told_of(
         ),
         (
             ('target.goes=[{ edge = "CD", taz = "x" }]',),
-            ["target.goes[0]: gives edge and taz; write { edge, p }, { x_m, y_m, radius_m, p } or "
-             "{ taz, file, p }"],
+            ["target.goes[0]: gives edge and taz; write { edge, p }, { x_m, y_m, radius_m, p }, "
+             "{ lon, lat, radius_m, p } or { taz, file, p }"],
         ),
         (
             ('target.goes=[{ edge = "CD", p = 0.5 }, { edge = "FG", p = 0.4 }]',),

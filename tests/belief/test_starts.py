@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from planner.belief.places import holds, in_area, in_circle, lines_of
-from planner.belief.prior import Known, prior_of
+from planner.belief.prior import Known, Prior, prior_of
 from planner.belief.sampling import sample
 from planner.belief.starts import stretches_of
 from planner.belief.stretches import Stretches
 from planner.belief.zone_file import read_zone
 from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.network.georeference import grid_convergence_deg, lonlat
 from planner.scenario.sections import TargetSection
 from planner.streams import stream
 from support.sumo_instances import grid5x5, town
+from support.towns import berlin
 
 ZONES = """<additional>
 <taz id="two" edges="r0c0-r0c1 r0c1-r0c2"/>
@@ -121,6 +123,28 @@ def test_without_probabilities_stretches_count_by_length() -> None:
     prior = opened(f"target.start=[{one}, {other}]").prior
     assert prior.stretches is not None
     assert prior.stretches.probability.tolist() == pytest.approx([0.25, 0.75])
+
+
+def test_longitude_and_latitude_are_the_same_place() -> None:
+    network = berlin().network
+    x_m, y_m = 1492.6, 671.7
+    lon, lat = lonlat(network, np.array([x_m, y_m]))
+    turned_deg = grid_convergence_deg(network, np.array([x_m, y_m]))
+    assert abs(turned_deg) > 0.1
+    for heading in ("", ", heading_deg = "):
+        headings = (heading and f"{heading}{90 - turned_deg}", heading and f"{heading}90")
+        places = (f"x_m = {x_m}, y_m = {y_m}", f"lon = {lon!s}, lat = {lat!s}")
+        by_m, by_deg = (
+            open_scenario(
+                "berlin", overrides=[f"target.start={{ {place}, radius_m = 120{heading} }}"]
+            ).prior
+            for place, heading in zip(places, headings, strict=True)
+        )
+        assert isinstance(by_m, Prior)
+        assert isinstance(by_deg, Prior)
+        np.testing.assert_allclose(by_m.edge_probability, by_deg.edge_probability, atol=1e-5)
+    (fault,) = faults("target.start={ lon = 52.4, lat = 13.5, radius_m = 9 }", scenario="berlin")
+    assert fault.startswith("target.start: longitude 52.4, latitude 13.5: no place near")
 
 
 def test_zones_are_read_as_sumo_reads_them(tmp_path: Path) -> None:

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from planner.belief.distribution import Uniform
+from planner.belief.habits import Flees, Stops
+from planner.belief.mixture import Mixture
 from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn
+from planner.belief.ways import quiet_streets
 from planner.futures import store
 from planner.futures.cutting import siblings_of
 from planner.futures.record import KNOT_EVERY_S, How, record, session_of
@@ -83,6 +86,25 @@ def test_cut_and_recorded_anew_are_the_same(
         "cut from a recording of 101 particles up to 1000 s",  # the smallest that will do
         "cut from a recording of 30 particles up to 600 s",
     ]
+
+
+@pytest.mark.parametrize("sampling", ["iid", "sobol"])
+def test_cut_mixtures_of_targets_that_stop_are_the_same(
+    sampling: str, empty_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = town()
+    drawn = recipe(network, 60, 900.0)
+    assert isinstance(drawn.prior, Prior)
+    whole = replace(drawn.prior, window_s=200, stops=Stops(0.1, 0.6, 200.0))
+    goes = replace(whole, goals=quiet_streets(network), flees=Flees(60.0, 1.2))
+    mixture = Mixture(np.array([0.3, 0.7]), (whole, goes))
+    large = replace(drawn, prior=mixture, sampling=sampling)
+    smaller = [replace(large, count=n, horizon_s=h) for n, h in ((60, 600.0), (23, 300.0))]
+    expected = [anew(some, network, tmp_path / str(k)) for k, some in enumerate(smaller)]
+    assert 0 < made(large, network).futures.gone.sum() < 60
+    undriven(monkeypatch)
+    for some, right in zip(smaller, expected, strict=True):
+        assert files(made(some, network)) == right
 
 
 def test_in_a_real_town_they_are_the_same(

@@ -102,3 +102,28 @@ def test_who_parks_at_an_exit_before_it_leaves_is_still_there() -> None:
     end_s = np.array([10.0, 20.0, 20.0, 30.0])
     stops = replace(particles, stop_s=[np.inf, 20.0, 21.0, 20.0])
     assert stops.gone_after(end_s).tolist() == [True, False, True, False]
+
+
+@pytest.mark.parametrize("how", ["sumo", "clock"])
+def test_who_flees_is_faster_at_first_and_then_as_others(how: str) -> None:
+    """On streets for 13.89 m/s, by 20 % for 12 s: some 30 m ahead, and from then on no more."""
+    network, drive = town(), guessed if how == "clock" else driven
+    particles = replace(some(network, free=True), start_m=np.zeros(4))
+    flees = replace(particles, flees_s=np.full(4, 12.0), flees=np.full(4, 1.2))
+    usual, faster = drive(particles), drive(flees)
+    on_first = network.edge_length_m[particles.route_edge[0]] / 13.89
+    assert on_first > 14
+    ahead = at(faster, 10.0)[:, 0] - at(usual, 10.0)[:, 0]  # eastwards
+    assert np.all((ahead > 8) & (ahead < 40))
+    sooner_s = usual.end_s - faster.end_s
+    assert np.all(sooner_s > -30)  # a signal may stop who comes sooner
+
+
+@pytest.mark.parametrize("how", ["sumo", "clock"])
+def test_who_flees_for_no_time_drives_as_others(how: str) -> None:
+    drive = guessed if how == "clock" else driven
+    particles = some(town(), free=True)
+    usual = drive(particles)
+    none = drive(replace(particles, flees_s=np.zeros(4), flees=np.full(4, 2.0)))
+    np.testing.assert_array_equal(usual.time_s, none.time_s)
+    np.testing.assert_array_equal(usual.x_m, none.x_m)

@@ -165,13 +165,13 @@ def test_where(printed: Callable[[object], str]) -> None:
     )
     state = state_at(futures, NET, 200.0)
     rows = by_road(state, NET)
-    text = printed(where_table(rows, time_s=200.0, elsewhere_probability=0.0))
+    text = printed(where_table(rows, NET, time_s=200.0, elsewhere_probability=0.0))
     assert "0:03:20" in text
     assert line(text, "AB")[1] == "50.0 %"
     assert "2,000" in " ".join(line(text, "AB"))
     assert "10.0" in " ".join(line(text, "AB"))
     assert "not on the roads" not in text
-    short = printed(where_table(rows, time_s=200.0, elsewhere_probability=0.25, most=1))
+    short = printed(where_table(rows, NET, time_s=200.0, elsewhere_probability=0.25, most=1))
     assert line(short, "2 other roads")[1] == "50.0 %"
     assert line(short, "not on the roads")[1] == "25.0 %"
 
@@ -182,6 +182,23 @@ def test_legs_name_the_ends_as_flown(printed: Callable[[object], str]) -> None:
     text = printed(legs_table(plan_of_legs(problem, "any", [0, 3]), NET))
     assert line(text, "1 ") == ["1", "AB", "A", "B", "0:00:00", "0:00:50"]
     assert line(text, "2 ")[:4] == ["2", "BC", "C", "B"]
+
+
+def test_where_there_are_names_of_streets_roads_are_called_by_them(
+    printed: Callable[[object], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    streets = {"AB": "Main Street", "BC": "High Street", "BD": "Low Street"}
+    net = replace(NET, edge_street=tuple(streets.get(name, "") for name in NET.edge_ids))
+    futures = physics_futures(net, [["AB"], ["BC"]], 0.0, [10.0, 10.0])
+    problem = Problem(net, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0))
+    text = printed(legs_table(plan_of_legs(problem, "any", [0, 3]), net))
+    assert "Main Street, towards High Street" in " ".join(text.split())
+    assert line(text, "1 ")[-3:] == ["AB", "0:00:00", "0:00:50"]
+    state = state_at(futures, net, 20.0)
+    where = where_table(by_road(state, net), net, time_s=20.0, elsewhere_probability=0.1)
+    text = printed(where)
+    assert "Main Street, at High Street" in " ".join(text.split())
+    assert "AB" in text
 
 
 def test_flights(printed: Callable[[object], str]) -> None:

@@ -81,6 +81,8 @@ def _net(folder: Path) -> None:
 
     _scenario(folder)
     shutil.copy(open_scenario("figure3").network.path, folder / "net.net.xml")
+    text = '<configuration><input><net-file value="net.net.xml"/></input></configuration>'
+    (folder / "net.sumocfg").write_text(text, encoding="utf-8")
 
 
 def _fcd_xml(folder: Path) -> None:
@@ -169,6 +171,7 @@ KINDS = (
     ),
     Kind("sources", _scenario, ("figure3.nod.xml", "figure3.edg.xml"), ("build", ".", "--json")),
     Kind("net", _net, ("net.net.xml",), ("build", ".", "-n", "net.net.xml", "--json")),
+    Kind("survey", _net, ("net.net.xml", "net.sumocfg"), ("check", "net.sumocfg", "--json")),
     Kind(
         "turns",
         _turns,

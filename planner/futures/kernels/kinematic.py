@@ -54,6 +54,8 @@ class Cars(NamedTuple):
     phase_s: Ints  # (N,)
     stop_s: Floats  # (N,)
     end_m: Floats  # (N,)
+    flees_s: Floats  # (N,)
+    flees: Floats  # (N,)
 
 
 class Roads(NamedTuple):
@@ -124,13 +126,19 @@ def lines_of(roads: Roads, cars: Cars, k: int, route: Route) -> int:
 
 
 @compiled
-def plan_speeds(scene: Scene, k: int, route: Route, count: int) -> None:
-    """Fill in the speeds on a car's lines, from the last one back."""
+def plan_speeds(scene: Scene, k: int, route: Route, count: int, factor: float) -> None:
+    """Fill in the speeds on a car's lines, from the last one back.
+
+    Parameters
+    ----------
+    factor
+        Of limits and its own speed.
+    """
     roads, cars, driver, _ = scene
     first, edges, follows_mps = cars.first_edge[k], len(roads.first_turn) - 1, np.inf
     for m in range(count - 1, -1, -1):
         line = route.line[m]
-        limit_mps = min(roads.limit_mps[line], cars.speed_mps[first + m // 2])
+        limit_mps = factor * min(roads.limit_mps[line], cars.speed_mps[first + m // 2])
         route.speed_mps[m] = mean_speed(driver, limit_mps)
         exit_mps = min(follows_mps, route.speed_mps[m])
         if m + 1 < count and line < edges and roads.minor[route.line[m + 1] - edges]:
@@ -235,7 +243,8 @@ def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> tuple[Trace, 
     roads, cars, driver, until_s = scene
     lines, edges = roads.lines, len(roads.first_turn) - 1
     count = lines_of(roads, cars, k, route)
-    plan_speeds(scene, k, route, count)
+    flees = cars.flees_s[k] > 0.0
+    plan_speeds(scene, k, route, count, cars.flees[k] if flees else 1.0)
     length_m = roads.length_m[route.line[0]]
     place = first_place(lines, route.line[0], min(max(cars.start_m[k], 0.0), length_m))
     brakes2 = 2.0 * driver.decel * (length_m - place.at_m)
@@ -249,6 +258,12 @@ def drive_car(trace: Trace, scene: Scene, k: int, route: Route) -> tuple[Trace, 
             return trace, m
         line = route.line[m]
         route.entered_s[m] = moment.time_s
+        if flees and moment.time_s >= cars.depart_s[k] + cars.flees_s[k]:
+            flees = False
+            plan_speeds(scene, k, route, count, 1.0)
+            brakes2 = 2.0 * driver.decel * roads.length_m[line]
+            slower_mps = min(route.speed_mps[m], np.sqrt(route.exit_mps[m] ** 2 + brakes2))
+            moment = Moment(moment.time_s, min(moment.speed_mps, slower_mps))
         points = lines.first_point[line + 1] - lines.first_point[line]
         trace = longer(trace, points + 4 * MOST_PIECES)
         if m > 0:

@@ -1,0 +1,65 @@
+"""Mixtures: what the target may be, each with its probability."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, Frozen, Offsets, freeze
+from planner.belief.distribution import chosen
+from planner.belief.particles import Driving
+from planner.belief.prior import Prior
+from planner.checked import weights
+from planner.errors import InputError
+
+OF_ALL = ("driving", "signals_known", "probability_present", "window_s")
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture(Frozen):
+    """Several priors, of which one is the target's."""
+
+    share: Floats  # (C,) sums to one
+    parts: tuple[Prior, ...]  # C of them
+
+    def __post_init__(self) -> None:
+        freeze(self, share=np.float64)
+        weights("share", self.share)
+        if not self.parts or len(self.parts) != len(self.share):
+            raise InputError("share, parts: give a prior for each share, and at least one")
+        for name in OF_ALL:
+            if len({getattr(part, name) for part in self.parts}) > 1:
+                raise InputError(f"parts: differ in {name}, which is the same in all of a mixture")
+
+    @property
+    def driving(self) -> Driving:
+        """How all of them drive."""
+        return self.parts[0].driving
+
+    @property
+    def probability_present(self) -> float:
+        """That the target exists at all."""
+        return self.parts[0].probability_present
+
+    def drawn(self, n: int, rng: np.random.Generator) -> Offsets:
+        """Return independent draws of which part each of n particles is of, (N,)."""
+        return chosen(self.share, rng.random(n))
+
+    def apportioned(self, n: int) -> Offsets:
+        """Return which part each of n particles is of, (N,), as even as can be.
+
+        Of the first so many, each part has its share but for one particle at most or so.
+        """
+        count = np.zeros(len(self.share))
+        part = np.empty(n, np.int64)
+        for k in range(n):
+            part[k] = np.argmax((k + 1) * self.share - count)
+            count[part[k]] += 1
+        return part
+
+
+Belief = Prior | Mixture
+
+
+def parts_of(belief: Belief) -> tuple[Prior, ...]:
+    """Return the priors that a belief is made of: itself, or those of a mixture."""
+    return belief.parts if isinstance(belief, Mixture) else (belief,)

@@ -1,0 +1,58 @@
+"""What deserves to be known of a scenario before it is planned, though nothing is at fault."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.belief.mixture import parts_of
+from planner.mission.opening import OpenScenario
+from planner.network.road_network import RoadNetwork
+from planner.network.survey import reach_m
+from planner.scenario.checks import slow_uav_warning
+
+YARD_SHARE = 0.05  # of the net's metres: who gets to less, and not off the map, is shut in
+FAR_M = 2000.0  # from any road
+
+
+def scenario_remarks(opened: OpenScenario) -> list[str]:
+    """Return what is odd about a scenario on its net, a line each."""
+    slow = slow_uav_warning(opened.scenario)
+    return [*([slow] if slow else []), *_yards(opened), *_far(opened)]
+
+
+def _yards(opened: OpenScenario) -> Iterator[str]:
+    start, network = opened.scenario.target.start, opened.network
+    if isinstance(start, str) or network.is_abstract:
+        return
+    probability = sum(prior.edge_probability for prior in parts_of(opened.prior))
+    for edge in np.flatnonzero(probability).tolist():
+        metres = reach_m(network, edge)
+        if metres < YARD_SHARE * float(network.edge_length_m.sum()):
+            key = f"target.start.{network.edge_ids[edge]}: is"
+            if not isinstance(start, dict):
+                key = f"target.start: {network.edge_ids[edge]}, which is part of it, is"
+            yield (
+                f"{key} a yard: no car gets farther from there than {metres:,.0f} m of roads, and "
+                "none leaves the map"
+            )
+
+
+def _far(opened: OpenScenario) -> Iterator[str]:
+    home = opened.return_to_m
+    places = {"uav.start": opened.uav_xy_m, **({"uav.return_to": home} if home else {})}
+    for key, place in places.items():
+        away_m = off_roads_m(opened.network, np.array(place))
+        if away_m > FAR_M:
+            yield f"{key}: lies {away_m / 1000:,.1f} km from the nearest road"
+
+
+def off_roads_m(network: RoadNetwork, xy_m: Floats) -> float:
+    """Return how far a place, (2,) metres, lies from the nearest road, metres."""
+    begin, end = network.shape_xy_m[:-1], network.shape_xy_m[1:]
+    within = np.ones(len(begin), bool)
+    within[network.first_point[1:-1] - 1] = False  # from one road to the next
+    begin, step = begin[within], (end - begin)[within]
+    square = np.maximum(np.einsum("ij,ij->i", step, step), 1e-12)
+    share = np.clip(np.einsum("ij,ij->i", xy_m - begin, step) / square, 0.0, 1.0)
+    return float(np.linalg.norm(begin + share[:, None] * step - xy_m, axis=1).min())

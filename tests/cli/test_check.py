@@ -1,0 +1,149 @@
+"""`planner check` and `planner build` on whatever stands for a net."""
+
+import gzip
+from pathlib import Path
+
+import pytest
+
+from planner.network.read import read_net
+from planner.scenario.sections import OF_OSM
+from support.command_line import TOWN, Commands
+from support.instances import town
+
+ROOT = Path(__file__).parents[2]
+OSM = """<osm version="0.6">
+<node id="1" lat="49.600" lon="6.100"/><node id="2" lat="49.602" lon="6.100"/>
+<node id="3" lat="49.604" lon="6.100"/><node id="4" lat="49.602" lon="6.104"/>
+<way id="7"><nd ref="1"/><nd ref="2"/><nd ref="3"/><tag k="highway" v="residential"/>
+<tag k="name" v="Rue A"/></way>
+<way id="8"><nd ref="2"/><nd ref="4"/><tag k="highway" v="residential"/>
+<tag k="name" v="Rue B"/></way>
+</osm>
+"""
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Commands:
+    return Commands(capsys)
+
+
+@pytest.fixture
+def osm(tmp_path: Path) -> Path:
+    path = tmp_path / "town.osm.xml"
+    path.write_text(OSM, encoding="utf-8")
+    return path
+
+
+def test_a_scenario_is_measured_and_its_remarks_told_here_alone(
+    run: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    said = run("check", "berlin")
+    assert said.code == 0
+    assert said.err == ""
+    assert max(map(len, said.out.splitlines()[2:])) <= 80
+    flat = " ".join(said.out.split())
+    assert "exits 16" in flat
+    assert "740 for cars" in flat
+    assert "400 particles until 0:30:00: 400 SUMO runs" in flat
+    assert "uav.speed_mps: 15 m/s is less than 3 times" in flat
+    assert run("build", "berlin").err == ""  # no longer with every command
+
+
+def test_json_holds_what_the_table_tells(run: Commands) -> None:
+    found = run("check", "berlin", "--json").json
+    assert (found["edges"], found["exits"], found["signals"]) == (740, 16, 15)
+    assert found["cost"]["recording"]["runs"] == 400
+    assert found["cost"]["plan"]["runs"] == 400 + 400 + 2100
+    assert found["attribution"] == OF_OSM
+    assert any("pieces" in line for line in found["remarks"])
+
+
+def test_a_net_alone(run: Commands, tmp_path: Path, osm: Path) -> None:
+    plain = tmp_path / "town.net.xml"
+    plain.write_bytes(town().path.read_bytes())
+    packed = tmp_path / "town.net.xml.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    (tmp_path / "town.sumocfg").write_text(
+        '<configuration><net-file value="town.net.xml"/></configuration>'
+    )
+    for place in (plain, packed, tmp_path / "town.sumocfg"):
+        found = run("check", place, "--json").json
+        assert (found["edges"], found["net"], found["exits"]) == (26, str(place), 1)
+        assert "no projection" in " ".join(found["remarks"])
+    found = run("check", osm, "--json").json
+    assert (found["edges"], found["attribution"], found["named_share"]) == (6, OF_OSM, 1.0)
+    assert "no projection" not in " ".join(found["remarks"])
+
+
+def test_a_net_has_no_options_of_a_scenario(run: Commands, osm: Path) -> None:
+    for options in (("--set", "uav.speed_mps=3"), ("--preset", "x"), ("-s", "3")):
+        said = run("check", osm, *options)
+        assert said.code == 2
+        assert "is a net; --set, --preset, --seed and -n go with a scenario" in said.err
+
+
+@pytest.mark.parametrize(
+    ("override", "remark"),
+    [
+        ("uav.start={ x_m = 40000, y_m = 0 }", "uav.start: lies 39.4 km from the nearest road"),
+        ("target.start=['se-quay']", None),
+    ],
+)
+def test_what_is_odd_about_a_scenario(run: Commands, override: str, remark: str | None) -> None:
+    found = run("check", TOWN, "--set", override, "--set", "uav.speed_mps=90", "--json").json
+    assert [line for line in found["remarks"] if "." in line.partition(":")[0]] == (
+        [remark] if remark else []
+    )
+
+
+def test_a_start_in_a_yard_is_told(run: Commands, tmp_path: Path) -> None:
+    """From the yard's two edges, each leading back to the other, nobody gets out."""
+    places = {"a": (0, 0), "b": (900, 0), "c": (900, 900), "d": (0, 900)}
+    places |= {"y": (450, 400), "z": (450, 450)}
+    nodes = [f'<node id="{n}" x="{x}" y="{y}"/>' for n, (x, y) in places.items()]
+    ways = ("ab", "bc", "cd", "da", "ay", "yz", "zy")
+    edges = [f'<edge id="{way}" from="{way[0]}" to="{way[1]}"/>' for way in ways]
+    (tmp_path / "n.nod.xml").write_text(f"<nodes>{''.join(nodes)}</nodes>")
+    (tmp_path / "n.edg.xml").write_text(f"<edges>{''.join(edges)}</edges>")
+    (tmp_path / "scenario.toml").write_text(
+        '[network]\nnodes = "n.nod.xml"\nedges = "n.edg.xml"\n[target]\nstart = ["yz"]\n'
+        "[uav]\nstart = { x_m = 0, y_m = 0 }\n"
+    )
+    told = "\n".join(run("check", tmp_path, "--json").json["remarks"])
+    assert "target.start.yz: is a yard: no car gets farther from there than" in told
+    assert "no car gets away from: ay, yz, zy" in told
+
+
+def test_build_takes_an_extract(run: Commands, tmp_path: Path, osm: Path) -> None:
+    net = tmp_path / "town.net.xml"
+    built = run("build", "--osm", osm, "-o", net, "--json").json
+    assert built["attribution"] == OF_OSM
+    assert run("build", osm, "-o", net, "--force", "--json").json == built
+    assert read_net(net).attribution == OF_OSM
+    packed = tmp_path / "town.net.xml.gz"
+    assert run("build", net, "-o", packed).code == 0
+    assert gzip.decompress(packed.read_bytes()) == net.read_bytes()
+    assert run("build", packed, "-o", tmp_path / "again.net.xml").code == 0
+    assert (tmp_path / "again.net.xml").read_bytes() == net.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("build",), "give a SCENARIO, a net, or --osm FILE"),
+        (("build", "figure3", "--osm", "x.osm"), "give a SCENARIO, a net, or --osm FILE"),
+        (("build", "--osm", "absent.osm"), "cannot be read"),
+        (("build", "--osm", str(Path(TOWN) / "scenario.toml")), "is no OpenStreetMap file"),
+        (("check", "absent.net.xml"), "is neither a file"),
+    ],
+)
+def test_what_is_no_net_is_refused(run: Commands, words: tuple[str, ...], fault: str) -> None:
+    said = run(*words)
+    assert said.code == 2
+    assert fault in said.err
+    assert len(said.err.splitlines()) == 1
+
+
+def test_show_goes_with_a_scenario(run: Commands, osm: Path) -> None:
+    assert "--show goes with a scenario" in run("build", osm, "--show").err
