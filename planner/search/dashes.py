@@ -77,7 +77,9 @@ def _scouted(cells: Cells, rays: int, stop: Callable[[], bool]) -> tuple[list[Sc
         return [Scouted(dashes(cells)[0], None)], 0
     few = cells.some(SCOUTS, ticks)
     flights = [fly_beam(few, beam, goal, stop=stop) for goal in goals]
-    best = np.argsort([-flight.reward for flight in flights], kind="stable")[:FINALISTS].tolist()
+    rank = np.argsort([-flight.reward for flight in flights], kind="stable").tolist()
+    # To go nowhere first is always among them: most often it is best, and scouts are short-sighted.
+    best = sorted(rank, key=lambda dash: goals[dash] is not None)[:FINALISTS]
     spent = sum(flight.rays for flight in flights)
     return [Scouted(goals[dash], flights[dash]) for dash in best], spent
 
