@@ -130,9 +130,12 @@ def test_annealed_flights_earn_no_more_and_the_better_bound_counts() -> None:
     track, earliest_s = found.plan.tracks[0], earliest(Movements(problem))
     reward = reward_of(problem, track.time_s, track.x_m, track.y_m)
     heard: list[float] = []
-    bound = most_of_any_flight(
-        problem, earliest_s, alone_of(problem), lambda least: heard.append(least) is not None
-    )
+
+    def stop(least: float) -> bool:
+        heard.append(least)
+        return False
+
+    bound = most_of_any_flight(problem, earliest_s, alone_of(problem), stop)
     assert reward <= bound == min(heard)
     assert bound <= GroupHunts(problem, earliest_s).most(lambda _: False)
     assert bound < float(problem.futures.weight @ alone_of(problem))
