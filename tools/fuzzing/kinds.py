@@ -205,7 +205,7 @@ PROOF = tuple(f"run/{name}.parquet" for name in ("motion", "weights", "prices"))
 OWN = ("plan", str(FIGURE3), *SMALL, "--futures")
 
 DRAWN = ("build", ".", "--json", "--set", "target.distance_m=anywhere")
-DRAWN = (*DRAWN, "--set", "search.sampling=sobol")
+SOBOL = ("--set", "search.sampling=sobol")
 PLACES = (
     ("zone", "zones.add.xml", "start", '{taz="w",file="zones.add.xml"}'),
     ("zone drawn", "zones.add.xml", "start", '{taz="s",file="zones.add.xml"}'),
@@ -235,7 +235,7 @@ KINDS = (
         ("build", ".", "--set", 'target.turning={file="turns.xml"}', "--json"),
     ),
     *(
-        Kind(name, _places, (file,), (*DRAWN, "--set", f"target.{key}={value}"))
+        Kind(name, _places, (file,), (*DRAWN, *SOBOL, "--set", f"target.{key}={value}"))
         for name, file, key, value in PLACES
     ),
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
