@@ -112,6 +112,9 @@ def _measures(found: "Survey") -> Iterator[tuple[str, str]]:
         yield "longitude", f"{west:.5f} .. {east:.5f}"
         yield "latitude", f"{south:.5f} .. {north:.5f}"
     yield "projection", found.projection or "none"
+    if found.convergence_deg is not None:
+        side = "east" if found.convergence_deg > 0 else "west"
+        yield "north of the net", f"{abs(found.convergence_deg):.2f} degrees {side} of true north"
     yield "named streets", f"{percent(found.named_share)} of the length"
     yield "pieces", f"{found.pieces:,}"
     share = f", the largest {percent(found.main_share)} of the length" * bool(found.components)

@@ -14,6 +14,7 @@ from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.messages import as_written, suggestion
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
+from planner.network.georeference import grid_convergence_deg, is_georeferenced
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
@@ -235,7 +236,10 @@ def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
     if isinstance(start, PointStart):
         return start.x_m, start.y_m
     x_m, y_m = network.node_xy_m[network.node_index[start.node]]
-    bearing = math.radians(start.bearing_deg)  # clockwise from north
+    bearing_deg = start.bearing_deg  # clockwise from north: the true one, where that is known
+    if start.distance_m > 0.0 and is_georeferenced(network):
+        bearing_deg -= float(grid_convergence_deg(network, np.array([x_m, y_m])))
+    bearing = math.radians(bearing_deg)
     return (
         float(x_m + start.distance_m * math.sin(bearing)),
         float(y_m + start.distance_m * math.cos(bearing)),

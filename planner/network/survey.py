@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
 from planner.guard import elements_in
-from planner.network.georeference import is_georeferenced, lonlat
+from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, named_share
 
@@ -30,6 +30,7 @@ class Survey:
     extent_m: tuple[float, float]  # east and north
     lonlat_deg: tuple[float, float, float, float] | None  # west, south, east, north
     projection: str | None  # None: none that PROJ understands
+    convergence_deg: float | None  # how far the net's north lies east of true north, in its middle
     named_share: float  # of the edges' length, in streets with a name
     pieces: int  # that no road joins
     components: int  # within which cars get from everywhere to everywhere
@@ -67,6 +68,7 @@ def survey(network: RoadNetwork) -> Survey:
         extent_m=(float(high[0] - low[0]), float(high[1] - low[1])),
         lonlat_deg=_bounds_deg(network, low, high),
         projection=network.projection if is_georeferenced(network) else None,
+        convergence_deg=_convergence_deg(network, (low + high) / 2),
         named_share=named_share(network),
         pieces=_pieces(network),
         components=circles,
@@ -194,6 +196,12 @@ def _bounds_deg(
     west, south = places.min(axis=0).tolist()
     east, north = places.max(axis=0).tolist()
     return west, south, east, north
+
+
+def _convergence_deg(network: RoadNetwork, middle_m: Floats) -> float | None:
+    if not is_georeferenced(network):
+        return None
+    return float(grid_convergence_deg(network, middle_m))
 
 
 def remarks(found: Survey, network: RoadNetwork) -> list[str]:

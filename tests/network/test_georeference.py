@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.errors import InputError
-from planner.mission.opening import OpenScenario
+from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.georeference import (
     grid_convergence_deg,
     is_georeferenced,
@@ -74,6 +74,17 @@ def test_grid_north_is_where_it_is_on_the_globe() -> None:
         found = float(grid_convergence_deg(network, np.array([x_m, 0.0])))
         assert found == pytest.approx(true_deg, abs=0.01)
         assert math.copysign(1, found) == math.copysign(1, x_m)
+
+
+def test_a_drone_that_comes_from_the_north_comes_from_the_true_north() -> None:
+    name = "cluster_1704693650_1866350919_38920778_671564358"
+    place = f"{{ node = '{name}', bearing_deg = 0, distance_m = 20000 }}"
+    opened = open_scenario("berlin", overrides=[f"uav.start={place}"])
+    network = opened.network
+    node = lonlat(network, network.node_xy_m[network.node_index[name]])
+    start = lonlat(network, np.array(opened.uav_xy_m))
+    assert start[0] == pytest.approx(node[0], abs=2e-4)  # 14 m; the net's own north is 400 m off
+    assert start[1] == pytest.approx(node[1] + 20_000 / 111_270, abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -121,6 +121,11 @@ def test_berlin_by_a_slow_look(berlin: OpenScenario) -> None:
     west, south, east, north = found.lonlat_deg
     assert 13.45 < west < east < 13.58
     assert 52.42 < south < north < 52.46
+    # tan of the convergence is tan of the longitude off the meridian of 15 degrees times sin of
+    # the latitude.
+    away, latitude = np.radians([(west + east) / 2 - 15.0, (south + north) / 2])
+    expected_deg = np.degrees(np.arctan(np.tan(away) * np.sin(latitude)))
+    assert found.convergence_deg == pytest.approx(expected_deg, abs=1e-3)
 
 
 def test_luxembourg(luxembourg: OpenScenario) -> None:

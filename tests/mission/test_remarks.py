@@ -1,0 +1,28 @@
+"""How far a place lies from the roads, against points laid densely along them."""
+
+import numpy as np
+import pytest
+
+from planner.mission.opening import open_scenario
+from planner.mission.remarks import off_roads_m, scenario_remarks
+from support.instances import town
+
+
+def test_the_nearest_road_is_that_of_a_slow_look() -> None:
+    network = town()
+    roads = range(len(network.road_ids))
+    points = np.concatenate(
+        [network.xy(road, np.arange(0.0, network.road_length_m[road], 0.5)) for road in roads]
+    )
+    places = np.random.default_rng(1).uniform((-300, -300), (800, 700), (40, 2))
+    for place in places:
+        slow_m = float(np.linalg.norm(points - place, axis=1).min())
+        assert off_roads_m(network, place) == pytest.approx(slow_m, abs=0.3)
+    assert off_roads_m(network, network.node_xy_m[3]) == 0.0
+
+
+def test_the_papers_drone_comes_from_afar() -> None:
+    opened = open_scenario("grid5x5")
+    assert scenario_remarks(opened) == ["uav.start: lies 60.0 km from the nearest road"]
+    near = open_scenario("grid5x5", overrides=["uav.start.distance_m=500"])
+    assert scenario_remarks(near) == []
