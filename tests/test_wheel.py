@@ -45,7 +45,9 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_the_package_and_its_scenarios(wheel: Path) -> None:
     held = {name for name in ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    code = [path for path in (ROOT / "planner").rglob("*") if path.suffix in (".py", ".pyi")]
+    code = [
+        path for path in (ROOT / "planner").rglob("*") if path.suffix in (".py", ".pyi", ".toml")
+    ]
     sources = {path.relative_to(ROOT).as_posix() for path in code}
     nets = {path for path in (ROOT / "sumo_nets").rglob("*.*") if path.parent.name != "claims"}
     scenarios = {f"planner/{path.relative_to(ROOT).as_posix()}" for path in nets if path.is_file()}

@@ -1,7 +1,6 @@
 """A scenario with its network open: all that a search starts from, or every fault at once."""
 
 import logging
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,13 +9,13 @@ import numpy as np
 
 from planner.belief.distribution import distribution
 from planner.belief.mixture import Belief, Mixture
-from planner.belief.prior import Known, TurnTable, prior_of
-from planner.belief.turn_file import read_turns
+from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
 from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
+from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.uav_places import (
     far_faults,
     landing_faults,
@@ -34,7 +33,6 @@ from planner.scenario.sections import NetworkSection, Scenario, TargetSection
 
 log = logging.getLogger(__name__)
 
-LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
 PART_OF_RADIUS = 1 / 3  # of the sensor's: what is as near is one road to it
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
@@ -118,7 +116,7 @@ def open_scenario(
 def _known(
     key: str, target: TargetSection, network: RoadNetwork, draft: Draft
 ) -> tuple[Known, list[Fault]]:
-    turns, found = _turns(key, target, network, draft)
+    turns, found = known_turns(key, target, network, draft)
     found += _start_faults(key, target, network)
     if not _stands_in(target, draft.faults):
         found += _distance_faults(key, target, network)
@@ -195,67 +193,6 @@ def _note_wide_roads(network: RoadNetwork, radius_m: float) -> None:
             widest_m,
             radius_m,
         )
-
-
-def _turns(
-    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
-) -> tuple[TurnTable, list[Fault]]:
-    """Return the probabilities given for turns, and what is wrong with them on this network."""
-    if isinstance(target.turning, str):
-        return {}, []
-    if isinstance(target.turning, dict):
-        found = _turn_faults(target.turning, network)
-        return target.turning, [Fault(f"{key}.turning.{turn}", text) for turn, text in found]
-    path = draft.folder / target.turning.file
-    key, named = f"{key}.turning.file", target.turning.file
-    try:
-        turns = read_turns(path, draft.search.horizon_s if draft.search else math.inf)
-    except InputError as error:
-        # A file that is not there has been reported already.
-        there = "\0" not in named and path.is_file()
-        return {}, [Fault(key, f"{named}: {error}")] if there else []
-    turns = _for_cars(path, turns, network)
-    wrong = _turn_faults(turns, network)
-    return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
-
-
-def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
-    """Return the turns of a file without those of edges that are not for cars, as SUMO does."""
-    closed = network.closed_edges
-    exits = {network.edge_ids[edge] for edge in np.flatnonzero(network.edge_exit)}
-    kept = {
-        start: {end: share for end, share in ways.items() if end not in closed}
-        for start, ways in turns.items()
-        if start not in closed | exits
-    }
-    beyond = sum(len(ways) for start, ways in turns.items() if start in exits)
-    left_out = sum(map(len, turns.values())) - sum(map(len, kept.values())) - beyond
-    if left_out:
-        log.warning("%s: %d turns from or to edges not for cars are left out", path, left_out)
-    if beyond:
-        log.warning("%s: %d turns from exits of the map are left out", path, beyond)
-    # What led only to such edges is no sink, but an edge of which nothing is known.
-    return {
-        start: ways for start, ways in kept.items() if not turns[start] or sum(ways.values()) > 0
-    }
-
-
-def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, str]]:
-    """Yield each turn that the network does not have, as an edge or a pair, and what is wrong."""
-    for start, ways in turns.items():
-        if start not in network.edge_index:
-            yield start, no_edge(start, network)
-            continue
-        edge = network.edge_index[start]
-        possible = [network.edge_ids[end] for end in network.turns(edge, back=True)]
-        for end in ways:
-            if network.edge_exit[edge]:
-                yield f"{start}.{end}", f"{start} {LEAVES}; leave its turns out"
-            elif end not in network.edge_index:
-                yield f"{start}.{end}", no_edge(end, network)
-            elif end not in possible and ways[end] > 0:
-                leads = f"it leads to {', '.join(possible)}" if possible else "it has no way on"
-                yield f"{start}.{end}", f"{start} does not lead to {end}; {leads}"
 
 
 def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
