@@ -16,7 +16,7 @@ from planner.search.kernels.ceilings import Doubt, ceilings
 from planner.search.kernels.motion import ParticleMotion, motion_of
 from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
 from planner.search.kernels.ticks import TimedLegs, seen_by_ticks
-from planner.search.kernels.transits import Departure, Sensing, Transits, bearings_of
+from planner.search.kernels.transits import Transits, bearings_of
 from planner.search.kernels.what_if import (
     Candidates,
     Goal,
@@ -25,17 +25,18 @@ from planner.search.kernels.what_if import (
     fly_all,
     score_all,
 )
+from planner.search.kernels.windows import Departure, Sensing
 from planner.search.problem import Problem
 from planner.search.state import SearchState
 
 # Four caches outlive the planner that filled them, each of what never changes: the indices of
 # problems (`_indices`, as long as a problem lives), the last grid of futures
 # (`waypoint_rewards._grids`, as long as they live), the transits from the last 256 places asked
-# for (`_transits_from`), and the ways of the last 16 beams (`beam._ways_within`). The latter two
+# for (`_transits_from`), and the ways of the last 16 beams (`ways.ways_within`). The latter two
 # keep the `Legs` that they were asked about alive.
-PACE = 0.8  # of the UAV's speed: a particle that is faster now and then falls behind a flight
-
 _indices: WeakKeyDictionary[Problem, SearchIndex] = WeakKeyDictionary()
+
+PACE = 0.8  # of the UAV's speed: who is faster for a while only falls behind a flight in the end
 
 
 @dataclass(frozen=True, eq=False)

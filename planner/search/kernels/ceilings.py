@@ -12,17 +12,9 @@ import numpy as np
 from planner.arrays import Floats
 from planner.detection.kernels.closest_approach import Window
 from planner.jit import compiled
-from planner.search.kernels.transits import (
-    ENTER,
-    LEAVE,
-    LOW,
-    WIDE,
-    Departure,
-    Transits,
-    all_windows,
-    first_from,
-)
+from planner.search.kernels.transits import Transits, first_from
 from planner.search.kernels.what_if import Candidates, SearchIndex, reward_of
+from planner.search.kernels.windows import ENTER, LEAVE, LOW, WIDE, Departure, all_windows
 
 SECTORS = 128  # of the compass
 DISTANCES = 64  # to which flights are told apart, the nearer the finer
