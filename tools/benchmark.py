@@ -174,6 +174,7 @@ PROGRAMS = (
     "search",
     "certificate",
     "futures-towns",
+    "towns",
 )  # further ones, in benchmarks/: --search --help
 
 

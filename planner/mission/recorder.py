@@ -21,6 +21,7 @@ from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import HERE, Backend
 from planner.mission.opening import OpenScenario
+from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
 from planner.search.greedy_options import GreedyOptions
@@ -82,8 +83,6 @@ class Recorder:
             The particles that `planning` has recorded: where signals are actuated, the clock is
             fitted to some of them.
         """
-        from planner.mission.proposals import PROPOSALS, proposals
-
         sampling = self.opened.scenario.search.sampling
         if sampling == "all":
             return None
