@@ -175,6 +175,7 @@ PROGRAMS = (
     "certificate",
     "futures-towns",
     "search-towns",
+    "towns",
 )  # further ones, in benchmarks/: --search --help
 
 
