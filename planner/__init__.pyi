@@ -2,9 +2,10 @@
 # read it, and `planner/__init__.py` loads a name from its module when the name is first used.
 # In a stub, `import name as name` is what makes a name public.
 
+from .belief.mixture import Mixture as Mixture
 from .belief.particles import Particles as Particles
+from .belief.predefined import predefined as predefined
 from .belief.prior import Prior as Prior
-from .belief.sampling import predefined as predefined
 from .belief.sampling import sample as sample
 from .detection.evaluate import evaluate as evaluate
 from .detection.evaluation import Evaluation as Evaluation

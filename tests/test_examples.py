@@ -122,11 +122,12 @@ def test_an_own_net_works_as_typed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", ["docs/scenario.md"])
 def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
-    (written,) = blocks(page, "toml")
+    written, *parts = blocks(page, "toml")
     for name in re.findall(r'"(\S+\.(?:net|nod|edg)\.xml)"', written):
         (tmp_path / name).touch()
-    (tmp_path / "scenario.toml").write_text(written)
-    assert read_draft(tmp_path).faults == ()
+    for part in ("", *parts):
+        (tmp_path / "scenario.toml").write_text(f"{written}\n{part}")
+        assert read_draft(tmp_path).faults == ()
 
 
 def test_every_key_of_a_scenario_is_in_its_reference() -> None:

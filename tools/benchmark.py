@@ -174,6 +174,8 @@ PROGRAMS = (
     "search",
     "certificate",
     "futures-towns",
+    "search-towns",
+    "towns",
 )  # further ones, in benchmarks/: --search --help
 
 

@@ -12,6 +12,7 @@ from planner.network.road_network import RoadNetwork
 from planner.network.signals import signals_of
 
 ALONG_DEG = 45.0  # by which a road may differ from a heading
+FAR_M = 2000.0  # from any road: a place there is not meant
 SAME_M = 1e-6  # pieces that end and begin so near each other are one stretch
 
 
@@ -125,10 +126,11 @@ def _too_far(network: RoadNetwork, lines: Lines, away: Floats, heading_deg: floa
     if not np.isfinite(away).any():
         return f"there is not {roads}; leave heading_deg out"
     nearest = int(np.argmin(away))
-    name = network.edge_ids[lines.edge[nearest]]
+    name, far_m = network.edge_ids[lines.edge[nearest]], float(away[nearest])
+    larger = f", or radius_m = {np.ceil(far_m) + 1:.0f}" if far_m < FAR_M else ""
     return (
-        f"lies {away[nearest]:,.0f} m from {roads} ({name} is the nearest); give a place nearby, "
-        f"in metres as the net has them, or radius_m = {np.ceil(away[nearest]) + 1:.0f}"
+        f"lies {far_m:,.0f} m from {roads} ({name} is the nearest); give a place nearby, in metres "
+        f"as the net has them{larger}"
     )
 
 

@@ -10,7 +10,8 @@ from typing import Protocol
 
 from planner.belief.mixture import Belief
 from planner.belief.particles import Particles
-from planner.belief.sampling import Sampling, predefined, sample
+from planner.belief.predefined import predefined
+from planner.belief.sampling import Sampling, sample
 from planner.network.road_network import RoadNetwork
 from planner.streams import stream
 
@@ -63,7 +64,7 @@ class OneTarget:
     stream: tuple[str | int, ...]
 
     def particles(self, network: RoadNetwork) -> Particles:
-        """Return the target as `planner.belief.sampling.predefined` places it."""
+        """Return the target as `planner.belief.predefined.predefined` places it."""
         return predefined(
             network,
             self.prior,

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
-from numbers import Real
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,7 +9,7 @@ import numpy as np
 from planner.arrays import Floats, Ints, first_rows
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.going import GOING, going, timed, vanishes
-from planner.belief.mixture import Belief, Mixture, parts_of
+from planner.belief.mixture import Belief, Mixture
 from planner.belief.particles import Particles, together
 from planner.belief.prior import Prior, in_town
 from planner.belief.routes import (
@@ -24,13 +22,10 @@ from planner.belief.routes import (
     refuse_too_many,
 )
 from planner.belief.uniforms import SOBOL_DIMENSIONS, Columns, independent, sobol
-from planner.checked import choice, instance, number, whole
+from planner.checked import choice, number, whole
 from planner.errors import InputError
-from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s
-from planner.network.street_names import no_edge
-from planner.scenario.values import FASTEST_MPS
 
 Sampling = Literal["iid", "sobol", "all"]
 LARGEST_SEED = 2**31 - 1
@@ -148,53 +143,8 @@ def _of_one(
         else:
             starts, routes = going(prior, network, blocks, streams.trees)
     present = weight * prior.probability_present
-    particles = _particles(prior, network, starts, routes, present, streams)
+    particles = particles_on(prior, network, starts, routes, present, streams)
     return timed(prior, particles, streams.times)
-
-
-def predefined(
-    network: RoadNetwork,
-    prior: Belief,
-    route: Sequence[str],
-    rng: np.random.Generator,
-    *,
-    speed_mps: float,
-    offset_m: float = 0.0,
-) -> Particles:
-    """Return one target on a given route at a given speed, as in the paper's tests.
-
-    Parameters
-    ----------
-    prior
-        Tells how it drives and what happens at its end; of a mixture, the first part does.
-    route
-        Names of edges, each of which leads to the next.
-    offset_m
-        Metres along the first edge at which it starts.
-
-    Raises
-    ------
-    InputError
-        If the route is not in the network, or the speed or the offset is impossible.
-    """
-    instance("speed_mps", speed_mps, Real)
-    instance("offset_m", offset_m, Real)
-    edges = _edges_of(network, route)
-    length_m = network.edge_length_m[edges[0]]
-    if not 0 <= offset_m <= length_m:
-        raise InputError(
-            f"target offset {as_written(offset_m)}: is not on {route[0]}; "
-            f"give 0 to {as_written(float(length_m))} m"
-        )
-    if not 0 < speed_mps <= FASTEST_MPS:
-        raise InputError(
-            f"target speed {as_written(speed_mps)}: "
-            f"give a speed above 0 and up to {FASTEST_MPS:g} m/s"
-        )
-    start = Starts(np.array(edges[:1]), np.array([offset_m]), np.array([speed_mps]))
-    routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
-    streams = Streams.of(rng.spawn(1)[0])
-    return _particles(parts_of(prior)[0], network, start, routes, np.ones(1), streams)
 
 
 def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator) -> Ints:
@@ -205,22 +155,6 @@ def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator
     if prior.driving == "constant" or prior.signals_known:
         return np.zeros(n, np.int32)
     return (SETTLED_S + rng.integers(0, signal_cycle_s(network), n)).astype(np.int32)
-
-
-def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
-    if not route:
-        raise InputError("route: is empty; name at least one edge")
-    for name in route:
-        if name not in network.edge_index:
-            raise InputError(f"route: {name} {no_edge(name, network)}")
-    edges = [network.edge_index[name] for name in route]
-    for before, after in pairwise(edges):
-        ways = network.turns(before, back=True)
-        if after not in ways:
-            onward = ", ".join(network.edge_ids[way] for way in ways) or "nothing"
-            names = network.edge_ids[before], network.edge_ids[after]
-            raise InputError(f"route: {names[0]} does not lead to {names[1]}, but to {onward}")
-    return edges
 
 
 def _blocks(
@@ -299,7 +233,7 @@ def _values(numbers: Distribution | None, key: str) -> tuple[Floats, Floats]:
     return numbers.values[some], numbers.probabilities[some]
 
 
-def _particles(
+def particles_on(
     prior: Prior,
     network: RoadNetwork,
     starts: Starts,
@@ -307,6 +241,7 @@ def _particles(
     weight: Floats,
     streams: Streams,
 ) -> Particles:
+    """Return particles that start at time 0 and drive given routes."""
     n = len(starts)
     return Particles(
         weight=weight,

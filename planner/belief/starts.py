@@ -11,7 +11,7 @@ from planner.belief.stretches import Stretches
 from planner.belief.zone_file import read_zone
 from planner.errors import InputError
 from planner.messages import as_written
-from planner.network.georeference import grid_convergence_deg, xy_of_lonlat
+from planner.network.georeference import grid_convergence_deg, is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 from planner.scenario.target_values import (
     AreaStart,
@@ -39,22 +39,8 @@ def stretches_of(start: Any, network: RoadNetwork, folder: Path = Path()) -> Str
     InputError
         If there is no road, or a file does not hold what it should.
     """
-    if isinstance(start, CircleStart):
-        return in_circle(
-            network,
-            start.x_m,
-            start.y_m,
-            start.radius_m,
-            heading_deg=start.heading_deg,
-            leads_on=True,
-        )
-    if isinstance(start, LonLatStart):
-        xy_m = xy_of_lonlat(network, np.array([start.lon, start.lat]))
-        heading_deg = start.heading_deg
-        if heading_deg is not None:
-            heading_deg -= float(grid_convergence_deg(network, xy_m))
-        x_m, y_m = map(float, xy_m)
-        return in_circle(network, x_m, y_m, start.radius_m, heading_deg=heading_deg, leads_on=True)
+    if isinstance(start, CircleStart | LonLatStart):
+        return _in_circle(network, start)
     if isinstance(start, AreaStart):
         return in_area(network, start.area, leads_on=True)
     if isinstance(start, TazStart):
@@ -63,6 +49,18 @@ def stretches_of(start: Any, network: RoadNetwork, folder: Path = Path()) -> Str
             return in_area(network, zone.corners, leads_on=True)
         return _of_zone(network, zone.starts, start)
     return None if isinstance(start, str | dict) else _listed(network, start)
+
+
+def _in_circle(network: RoadNetwork, start: CircleStart | LonLatStart) -> Stretches:
+    if isinstance(start, LonLatStart):
+        xy_m = xy_of_lonlat(network, np.array([start.lon, start.lat]))
+    else:
+        xy_m = np.array([start.x_m, start.y_m])
+    heading_deg = start.heading_deg
+    if heading_deg is not None and is_georeferenced(network):  # a compass knows true north
+        heading_deg -= float(grid_convergence_deg(network, xy_m))
+    x_m, y_m = map(float, xy_m)
+    return in_circle(network, x_m, y_m, start.radius_m, heading_deg=heading_deg, leads_on=True)
 
 
 def _listed(network: RoadNetwork, listed: Sequence[StretchStart]) -> Stretches:

@@ -23,7 +23,7 @@ from planner.bounds.particle_prices import Bounded
 from planner.bounds.whereabouts import driven_at, is_there, places_at
 from planner.search.problem import Problem
 
-MOST_STATES = 1_000_000  # cells times ticks, about
+MOST_STATES = 500_000  # cells times ticks, about
 MOST_TICKS = 5_000
 ROUNDING = 1e-9  # of a tick
 ROUNDING_M = 1e-6

@@ -99,7 +99,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         return gap <= effort.gap or effort.stop(step)
 
     if not on_roads:
-        bound = objective.value(most_of_any_flight(problem, earliest_s, earned, stop))
+        bound = objective.value(min(most, most_of_any_flight(problem, earliest_s, earned, stop)))
         physics = objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)
     bin_s = movements.fitting_bin_s

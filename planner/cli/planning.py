@@ -221,7 +221,10 @@ def _planned(
 
 def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
     problem, trial, certificate = found.problem, found.trial, found.certificate
-    title = f"{opened.scenario.name}: {trial.method}"
+    name = opened.scenario.name
+    if not opened.network.is_abstract:
+        name = opened.scenario.title or name
+    title = f"{name}: {trial.method}"
     row = found.row
     run_files.write_run(folder, problem, trial.plan, content, row, title=title)
     if certificate is not None:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Offsets
+from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.belief.sampling import LARGEST_SEED
 from planner.checked import number, whole
@@ -19,8 +19,8 @@ from planner.futures.kept import Kept
 from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
 from planner.futures.rides import Ride, Session, drive
 from planner.futures.simulation import Run, Vehicle
+from planner.futures.timing import as_timed
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
-from planner.futures.truncate import delayed, stopped
 from planner.futures.workers import HERE, Backend
 from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
@@ -296,34 +296,9 @@ def _collected(
     futures = futures_of_samples(
         samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m
     )
-    return _as_timed(
-        futures.take(np.argsort(numbers)), particles.take(np.sort(numbers)), task, network
+    return as_timed(
+        futures.take(np.argsort(numbers)), particles.take(np.sort(numbers)), network, task.end_s
     )
-
-
-def _as_timed(futures: Futures, particles: Particles, run: Run, network: RoadNetwork) -> Futures:
-    """Return the futures of particles that set out together and drove to their routes' ends.
-
-    Each as it sets out in its own time, and up to where it stops.
-    """
-    stop_s = np.minimum(particles.stop_s, arrival_s(network, particles))
-    if not particles.depart_s.any() and np.isinf(stop_s).all():
-        return futures
-    futures = delayed(futures, particles.depart_s)
-    return stopped(futures, np.minimum(stop_s, run.end_s))
-
-
-def arrival_s(network: RoadNetwork, particles: Particles) -> Floats:
-    """Return when particles at constant speed are where they stop on their last edges, (N,).
-
-    Seconds on the target's clock; infinity where they drive on to the edges' ends.
-    """
-    taken_s = network.edge_length_m[particles.route_edge] / particles.speed_mps
-    before_s = np.concatenate(([0.0], np.cumsum(taken_s)))
-    first, last = particles.first_edge[:-1], particles.first_edge[1:] - 1
-    along_s = particles.end_m / particles.speed_mps[last]
-    along_s -= particles.start_m / particles.speed_mps[first]
-    return np.asarray(particles.depart_s + before_s[last] - before_s[first] + along_s)
 
 
 def _samples(run: Run, content: bytes, network: RoadNetwork) -> Samples:

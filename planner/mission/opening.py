@@ -1,7 +1,6 @@
 """A scenario with its network open: all that a search starts from, or every fault at once."""
 
 import logging
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,27 +9,30 @@ import numpy as np
 
 from planner.belief.distribution import distribution
 from planner.belief.mixture import Belief, Mixture
-from planner.belief.prior import Known, TurnTable, prior_of
-from planner.belief.turn_file import read_turns
+from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
-from planner.messages import as_written, suggestion
+from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
-from planner.network.georeference import grid_convergence_deg, is_georeferenced
+from planner.mission.known_turns import LEAVES, known_turns
+from planner.mission.uav_places import (
+    far_faults,
+    landing_faults,
+    return_xy,
+    start_xy,
+    uav_faults,
+)
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
 from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
-from planner.scenario.sections import NetworkSection, Scenario, TargetSection, UavSection
-from planner.scenario.values import NodeLanding, NodeStart, PointStart, UavStart
+from planner.scenario.sections import NetworkSection, Scenario, TargetSection
 
 log = logging.getLogger(__name__)
 
-FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
-LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
 PART_OF_RADIUS = 1 / 3  # of the sensor's: what is as near is one road to it
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 
@@ -48,12 +50,12 @@ class OpenScenario:
     @property
     def uav_xy_m(self) -> tuple[float, float]:
         """Where the UAV takes off, metres east and north."""
-        return _start_xy(self.scenario.uav.start, self.network)
+        return start_xy(self.scenario.uav.start, self.network)
 
     @property
     def return_to_m(self) -> tuple[float, float] | None:
         """Where the UAV has to land, metres east and north; None: anywhere."""
-        return _return_xy(self.scenario.uav, self.network)
+        return return_xy(self.scenario.uav, self.network)
 
 
 def open_scenario(
@@ -87,14 +89,16 @@ def open_scenario(
                 known[part_key], wrong = _known(part_key, part, network, draft)
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
-        faults += _uav_faults(draft.uav, network)
+        faults += uav_faults(draft.uav, network)
         airspace, found = airspace_of(draft.airspace, draft.folder, network)
         faults += found
         if draft.uav is not None and not any(fault.is_about("uav.") for fault in faults):
-            faults += _landing_faults(draft.uav, network)
-            faults += _far_faults(draft, draft.uav, network)
+            faults += landing_faults(draft.uav, network)
+            if draft.search is not None and draft.sensor is not None:
+                reach_m = draft.uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
+                faults += far_faults(draft.uav, network, reach_m)
             if airspace is not None:
-                start, home = _start_xy(draft.uav.start, network), _return_xy(draft.uav, network)
+                start, home = start_xy(draft.uav.start, network), return_xy(draft.uav, network)
                 faults += place_faults(airspace, network, start, home)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
@@ -112,7 +116,7 @@ def open_scenario(
 def _known(
     key: str, target: TargetSection, network: RoadNetwork, draft: Draft
 ) -> tuple[Known, list[Fault]]:
-    turns, found = _turns(key, target, network, draft)
+    turns, found = known_turns(key, target, network, draft)
     found += _start_faults(key, target, network)
     if not _stands_in(target, draft.faults):
         found += _distance_faults(key, target, network)
@@ -191,67 +195,6 @@ def _note_wide_roads(network: RoadNetwork, radius_m: float) -> None:
         )
 
 
-def _turns(
-    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
-) -> tuple[TurnTable, list[Fault]]:
-    """Return the probabilities given for turns, and what is wrong with them on this network."""
-    if isinstance(target.turning, str):
-        return {}, []
-    if isinstance(target.turning, dict):
-        found = _turn_faults(target.turning, network)
-        return target.turning, [Fault(f"{key}.turning.{turn}", text) for turn, text in found]
-    path = draft.folder / target.turning.file
-    key, named = f"{key}.turning.file", target.turning.file
-    try:
-        turns = read_turns(path, draft.search.horizon_s if draft.search else math.inf)
-    except InputError as error:
-        # A file that is not there has been reported already.
-        there = "\0" not in named and path.is_file()
-        return {}, [Fault(key, f"{named}: {error}")] if there else []
-    turns = _for_cars(path, turns, network)
-    wrong = _turn_faults(turns, network)
-    return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
-
-
-def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
-    """Return the turns of a file without those of edges that are not for cars, as SUMO does."""
-    closed = network.closed_edges
-    exits = {network.edge_ids[edge] for edge in np.flatnonzero(network.edge_exit)}
-    kept = {
-        start: {end: share for end, share in ways.items() if end not in closed}
-        for start, ways in turns.items()
-        if start not in closed | exits
-    }
-    beyond = sum(len(ways) for start, ways in turns.items() if start in exits)
-    left_out = sum(map(len, turns.values())) - sum(map(len, kept.values())) - beyond
-    if left_out:
-        log.warning("%s: %d turns from or to edges not for cars are left out", path, left_out)
-    if beyond:
-        log.warning("%s: %d turns from exits of the map are left out", path, beyond)
-    # What led only to such edges is no sink, but an edge of which nothing is known.
-    return {
-        start: ways for start, ways in kept.items() if not turns[start] or sum(ways.values()) > 0
-    }
-
-
-def _turn_faults(turns: TurnTable, network: RoadNetwork) -> Iterator[tuple[str, str]]:
-    """Yield each turn that the network does not have, as an edge or a pair, and what is wrong."""
-    for start, ways in turns.items():
-        if start not in network.edge_index:
-            yield start, no_edge(start, network)
-            continue
-        edge = network.edge_index[start]
-        possible = [network.edge_ids[end] for end in network.turns(edge, back=True)]
-        for end in ways:
-            if network.edge_exit[edge]:
-                yield f"{start}.{end}", f"{start} {LEAVES}; leave its turns out"
-            elif end not in network.edge_index:
-                yield f"{start}.{end}", no_edge(end, network)
-            elif end not in possible and ways[end] > 0:
-                leads = f"it leads to {', '.join(possible)}" if possible else "it has no way on"
-                yield f"{start}.{end}", f"{start} does not lead to {end}; {leads}"
-
-
 def _start_faults(key: str, target: TargetSection, network: RoadNetwork) -> Iterator[Fault]:
     if not isinstance(target.start, dict):
         return
@@ -287,66 +230,3 @@ def _distance_faults(key: str, target: TargetSection, network: RoadNetwork) -> I
             f"reaches to {as_written(high_m)} m, but {network.edge_ids[edge]} is "
             f"{as_written(float(network.edge_length_m[edge]))} m long; stay within the start edges",
         )
-
-
-def _uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[Fault]:
-    if uav is None:
-        return
-    for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
-        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.junction_index:
-            hint = suggestion(place.node, network.junction_ids)
-            yield Fault(f"{key}.node", f"{place.node} is not a node of the network; {hint}")
-
-
-def _landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
-    home = _return_xy(uav, network)
-    if home is not None and uav.max_flight_time_s is not None:
-        away_s = math.dist(_start_xy(uav.start, network), home) / uav.speed_mps
-        if away_s > uav.max_flight_time_s:
-            yield Fault(
-                "uav.return_to",
-                f"lies {as_written(round(away_s, 1))} s of flight from the start, but "
-                f"uav.max_flight_time_s is {as_written(uav.max_flight_time_s)}; "
-                "choose a nearer place",
-            )
-
-
-def _far_faults(draft: Draft, uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:
-    """Yield a fault if the UAV cannot see any of the roads by the horizon."""
-    if draft.search is None or draft.sensor is None:
-        return
-    place = np.array(_start_xy(uav.start, network))
-    low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
-    away_m = math.hypot(*np.maximum(np.maximum(low - place, place - high), 0.0))
-    out_of_reach = away_m > uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
-    if out_of_reach and away_m > FAR * float((high - low).max()):
-        yield Fault(
-            "uav.start",
-            f"lies {away_m / 1000:.6g} km from the net (x {low[0]:.8g} to {high[0]:.8g}, y "
-            f"{low[1]:.8g} to {high[1]:.8g} m), farther than the UAV flies by search.horizon_s; "
-            "give a place nearby, in metres as the net has them",
-        )
-
-
-def _start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
-    if isinstance(start, PointStart):
-        return start.x_m, start.y_m
-    x_m, y_m = network.junction_xy_m[network.junction_index[start.node]]
-    bearing_deg = start.bearing_deg  # clockwise from north: the true one, where that is known
-    if start.distance_m > 0.0 and is_georeferenced(network):
-        bearing_deg -= float(grid_convergence_deg(network, np.array([x_m, y_m])))
-    bearing = math.radians(bearing_deg)
-    return (
-        float(x_m + start.distance_m * math.sin(bearing)),
-        float(y_m + start.distance_m * math.cos(bearing)),
-    )
-
-
-def _return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | None:
-    place = uav.return_to
-    if place is None or isinstance(place, PointStart):
-        return None if place is None else (place.x_m, place.y_m)
-    if isinstance(place, str):
-        return _start_xy(uav.start, network)
-    x_m, y_m = network.junction_xy_m[network.junction_index[place.node]]
-    return float(x_m), float(y_m)

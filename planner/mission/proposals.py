@@ -29,7 +29,7 @@ def proposals(
     opened: OpenScenario,
     recipe: Recipe,
     planning: Callable[[], Particles],
-    recorded: Futures,
+    recorded: Futures | None,
 ) -> Futures | None:
     """Return what a recipe draws, moved by the kinematic clock; None where there is no clock.
 
@@ -38,7 +38,8 @@ def proposals(
     planning
         Returns the particles that were recorded.
     recorded
-        What SUMO made of them; where signals are actuated, the clock is fitted to some of them.
+        What SUMO made of them, if it has; where signals are actuated, the clock is fitted to some
+        of them.
     """
     network = opened.network
     if network.is_abstract:
@@ -50,7 +51,7 @@ def proposals(
         return None
     drawn = recipe.particles(network)
     fitted = None
-    if signals.actuated.any() and drawn.driving == "free":
+    if recorded is not None and signals.actuated.any() and drawn.driving == "free":
         fitted = _fitted(network, signals, planning(), recorded)
     return kinematic_futures(
         network, drawn, signals, horizon_s=recipe.horizon_s, calibration=fitted

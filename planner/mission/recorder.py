@@ -23,6 +23,7 @@ from planner.futures.workers import HERE, Backend
 from planner.mission.aircraft import aircraft_of
 from planner.mission.flyable import planned_to_fly
 from planner.mission.opening import OpenScenario
+from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
 from planner.search.greedy_options import GreedyOptions
@@ -85,8 +86,6 @@ class Recorder:
             The particles that `planning` has recorded: where signals are actuated, the clock is
             fitted to some of them.
         """
-        from planner.mission.proposals import PROPOSALS, proposals
-
         sampling = self.opened.scenario.search.sampling
         if sampling == "all":
             return None

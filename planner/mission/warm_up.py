@@ -22,6 +22,7 @@ GOES = ("target.goes=[{ edge = 'DG' }]",)
 # What else is compiled than by each method on its own.
 MORE = (
     ("best", "search.free=true"),
+    ("cells", "search.work=100000"),  # enough for dashes
     ("greedy", "greedy.tick_s=5"),
     ("best", "search.objective='probability'", "search.by_s=600"),
     ("greedy", "uav.return_to='start'", "uav.max_flight_time_s=1800"),

@@ -135,7 +135,7 @@ def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, unti
     """Draw a flight in a town, and number where it finds first; return the part shown."""
     view = view_of_search(problem, plan, until_s)
     flight = draw_search(axes, problem, plan, until_s, view)
-    finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 25)
+    finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 9)
     draw_finds(axes, view, finds)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)

@@ -1,5 +1,6 @@
 """Sentences that stand below the tables."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -130,7 +131,7 @@ def _of_physics(certificate: Certificate, by_s: float | None) -> str:
     """Return how the bound for all flights stands to that of physics, in words."""
     if certificate.physics is None:
         return ""
-    if certificate.physics == certificate.bound:
+    if math.isclose(certificate.physics, certificate.bound):
         return " (each target met as early as can be: this time gave no better bound)"
     physics, gap = certificate.physics, gap_of(certificate.value, certificate.physics)
     figure = f"{physics:,.0f} s" if by_s is None else f"{physics:.1%}"

@@ -172,7 +172,8 @@ class UavSection(Section):
     speed_mps: UavSpeed = Field(default=100.0, description="the UAV's speed in m/s, such as 100")
     altitude_m: Distance = Field(default=150.0, description="the flight altitude in metres")
     start: UavStart = Field(
-        description="{ x_m = 0, y_m = 0 } or { node = NAME, bearing_deg = 315, distance_m = 0 }"
+        description="{ x_m = 0, y_m = 0 }, { lon = 13.52, lat = 52.43 } or { node = NAME, "
+        "bearing_deg = 315, distance_m = 0 }"
     )
     take_off_s: Seconds = Field(default=0.0, description="seconds or H:M:S from now to take-off")
     max_flight_time_s: PositiveSeconds | None = Field(
@@ -181,8 +182,8 @@ class UavSection(Section):
     )
     return_to: UavLanding | None = Field(
         default=None,
-        description='where it has to land: "start", { node = NAME } or { x_m = 0, y_m = 0 }, '
-        "or leave it out for anywhere",
+        description='where it has to land: "start", { node = NAME }, { x_m = 0, y_m = 0 } or '
+        "{ lon = 13.52, lat = 52.43 }, or leave it out for anywhere",
     )
     acceleration_mps2: UavRate | None = Field(
         default=None,

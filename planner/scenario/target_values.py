@@ -9,6 +9,8 @@ from planner.messages import as_written
 from planner.scenario.values import (
     Distance,
     Finite,
+    Latitude,
+    Longitude,
     Metres,
     Name,
     NotNegative,
@@ -21,8 +23,6 @@ from planner.scenario.values import (
     probability_fault,
 )
 
-Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
-Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 MOST_FACTOR = 3.0  # of what a limit allows
 

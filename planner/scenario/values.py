@@ -67,6 +67,8 @@ def _one_line(text: str) -> str:
 # Ranges are wide, but such that nothing computed from numbers within them overflows.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Distance = Annotated[float, Field(ge=0, le=FARTHEST_M, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -330,6 +332,13 @@ class PointStart(Section):
     y_m: Metres = Field(description="metres to the north")
 
 
+class LonLatPlace(Section):
+    """A place by longitude and latitude (WGS 84), for nets that have a projection."""
+
+    lon: Longitude = Field(description="degrees east, such as 13.52")
+    lat: Latitude = Field(description="degrees north, such as 52.43")
+
+
 class NodeStart(Section):
     """A place some way off a node."""
 
@@ -342,11 +351,15 @@ class NodeStart(Section):
 
 def _place_form(value: Any) -> str:
     keys = value if isinstance(value, dict) else ()
+    if isinstance(value, LonLatPlace) or "lon" in keys or "lat" in keys:
+        return "~LonLatPlace"
     return "~NodeStart" if isinstance(value, NodeStart) or "node" in keys else "~PointStart"
 
 
 UavStart = Annotated[
-    Annotated[PointStart, Tag("~PointStart")] | Annotated[NodeStart, Tag("~NodeStart")],
+    Annotated[PointStart, Tag("~PointStart")]
+    | Annotated[LonLatPlace, Tag("~LonLatPlace")]
+    | Annotated[NodeStart, Tag("~NodeStart")],
     Discriminator(_place_form),
 ]
 
@@ -367,13 +380,15 @@ class NodeLanding(Section):
 def _landing_form(value: Any) -> str:
     if isinstance(value, str):
         return "~word"
+    form = _place_form(value)
     keys = value if isinstance(value, dict) else ()
-    return "~NodeLanding" if isinstance(value, NodeLanding) or "node" in keys else "~PointStart"
+    return "~NodeLanding" if isinstance(value, NodeLanding) or "node" in keys else form
 
 
 UavLanding = Annotated[
     Annotated[Literal["start"], Tag("~word")]
     | Annotated[PointStart, Tag("~PointStart")]
+    | Annotated[LonLatPlace, Tag("~LonLatPlace")]
     | Annotated[NodeLanding, Tag("~NodeLanding")],
     Discriminator(_landing_form),
 ]

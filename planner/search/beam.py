@@ -6,17 +6,16 @@ reward so far, with what the particles still unseen at that time usually bring, 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, first_of_parts, first_rows
+from planner.arrays import Floats, Ints
 from planner.detection.evaluate import evaluate
-from planner.flight.legs import Legs
 from planner.flight.plan import Plan
+from planner.search.fastest import FEW
 from planner.search.kernels.beam import (
     BEST,
     END,
@@ -26,11 +25,10 @@ from planner.search.kernels.beam import (
     PARENT,
     PROMISE,
     REWARD,
+    SLOTS,
     UNSEEN,
-    BeamHops,
     BeamSetting,
     BeamStates,
-    BeamWays,
     Bucket,
     FirstSeen,
     LegEnds,
@@ -38,7 +36,6 @@ from planner.search.kernels.beam import (
     grow,
     promise,
 )
-from planner.search.kernels.transits import bearings_of
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
@@ -46,6 +43,8 @@ from planner.search.random_order import random
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
+from planner.search.stepwise import rate_of
+from planner.search.ways import ways_within
 from planner.search.what_if import WhatIf
 
 # Tuned on grid5x5 alone, whose roads take 150 s to fly.
@@ -55,6 +54,11 @@ STEPS_PER_BUCKET = 2  # of the reward to go
 BUCKETS = 200  # in which a beam keeps the width it is given; it is narrower where there are more
 FLIGHTS_PER_WIDTH = 700  # of both beams together, per unit of width, about
 
+# In nets with more than a few legs, held by `tools/benchmark.py --search-towns`.
+NEAR_RADII = 6.7  # a near flight in detection radii: streets lie side by side
+FLIGHTS_PER_UNIT = 4  # of work: short legs see few
+ALONG = 0.25  # share of the work for the beam along roads only
+FIRST_LEGS = 128  # of more than a few, the most promising ones that orders begin with
 RANDOM_ORDERS = 8  # that a beam has to beat
 
 
@@ -106,8 +110,10 @@ def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     beams = (beam_of(problem, width), beam_of(problem, width // 10, near_m(problem)))
     orders: list[Sequence[int]] = []
     done = 0
-    for one in beams:
-        order, work = beam_order(engine, one, reward_to_go, stop=log.stop, most=budget.work - done)
+    for number, one in enumerate(beams):
+        left = budget.work - done
+        most = left if is_small(problem) or number else int(ALONG * left)
+        order, work = beam_order(engine, one, reward_to_go, stop=log.stop, most=most)
         orders.append(order)
         done += work
     orders += [by_rate, random_order(problem, budget, rng)]
@@ -147,8 +153,12 @@ def random_order(problem: Problem, budget: Budget, rng: np.random.Generator) -> 
 
 
 def near_m(problem: Problem) -> float:
-    """Return how far a beam may fly to the start of a next road: two roads of usual length, m."""
-    return NEAR_ROADS * float(np.median(problem.network.road_length_m))
+    """Return how far a beam may fly to the start of a next road, metres.
+
+    That is two roads of usual length, or what is near for the sensor where roads are short.
+    """
+    roads_m = NEAR_ROADS * float(np.median(problem.network.road_length_m))
+    return max(roads_m, NEAR_RADII * float(problem.sensor.radius_m))
 
 
 def holdout_value(problem: Problem, plan: Plan) -> float:
@@ -167,7 +177,7 @@ def beam_order(
     stop: Callable[[], bool] = bool,
     most: float = math.inf,
 ) -> tuple[list[int], int]:
-    """Return the order with the greatest reward that a beam finds, and its what-if flights.
+    """Return the order with the greatest reward that a beam finds, and the work it took.
 
     The order is one of leg indices.
 
@@ -178,25 +188,45 @@ def beam_order(
     stop
         Asked between stretches of time; once it says so, the best order so far is returned.
     most
-        After how many what-if flights that is returned too.
+        After how many units of work that is returned too: what-if flights, or four of the short
+        ones of a large net.
     """
     problem = engine.problem
     start = start or problem.first_state
     to_go = ToGo(reward_to_go.brings, reward_to_go.first_s, reward_to_go.step_s)
     states, flown = _first_states(engine, beam, start, to_go)
-    setting = _setting(engine, beam.reach_m)
+    setting, small = _setting(engine, beam.reach_m), is_small(problem)
+    per_unit = 1 if small else FLIGHTS_PER_UNIT
     for number in range(len(states.heads)):
         if states.heads[number] < 0:
             continue
-        if states.counts[FLIGHTS] >= most or stop():
+        if states.counts[FLIGHTS] >= most * per_unit or stop():
             break
-        bucket = Bucket(number, beam.width, start.time_s, beam.bucket_s)
+        width = beam.width if small else _affordable(beam, number, states, most * per_unit)
+        bucket = Bucket(number, width, start.time_s, beam.bucket_s)
         states = grow(bucket, states, setting, to_go, flown)
     order, state = [], int(states.counts[BEST])
     while state >= 0:
         order.append(int(states.links[LEG, state]))
         state = int(states.links[PARENT, state])
-    return order[::-1], int(states.counts[FLIGHTS])
+    return order[::-1], int(states.counts[FLIGHTS]) // per_unit
+
+
+def is_small(problem: Problem) -> bool:
+    """Tell whether all legs are tried wherever legs are chosen, and beams end by themselves."""
+    return len(problem.legs) <= FEW
+
+
+def _affordable(beam: Beam, number: int, states: BeamStates, most: float) -> int:
+    """Return the width with which a beam comes to its last stretch of time within its flights.
+
+    In a town targets get away, and nothing tells a beam that it cannot get better any more.
+    """
+    went_on, flights = int(states.counts[SLOTS]), int(states.counts[FLIGHTS])
+    if not went_on or most == math.inf:
+        return beam.width
+    left = (most - flights) / (len(states.heads) - number)
+    return max(1, min(beam.width, int(left * went_on / flights)))
 
 
 def _first_states(
@@ -204,7 +234,7 @@ def _first_states(
 ) -> tuple[BeamStates, FirstSeen]:
     """Return an order of one leg for each that can be flown first, and what they see."""
     problem, unseen = engine.problem, start.miss > 0.0
-    flights = engine.fly(start, candidate_legs(problem, start))
+    flights = engine.fly(start, _first_legs(engine, beam, start))
     known = len(flights.leg)
     weight = problem.futures.weight * start.miss
     seen = weight[flights.particle]
@@ -223,6 +253,20 @@ def _first_states(
     return BeamStates(links, figures, masks, heads, counts), flown
 
 
+def _first_legs(engine: WhatIf, beam: Beam, start: SearchState) -> Ints:
+    """Return the legs that orders begin with, (C,): of many those near, and the most promising."""
+    problem = engine.problem
+    legs = candidate_legs(problem, start)
+    if is_small(problem):
+        return legs
+    transit_s = problem.legs.transit_s(start.x_m, start.y_m)[legs]
+    most = engine.ceilings(start, legs, problem.futures.weight * start.miss)
+    rates = rate_of(most, transit_s + problem.legs.duration_s[legs])
+    chosen = transit_s * problem.uav.speed_mps <= beam.reach_m
+    chosen[np.argsort(-rates, kind="stable")[:FIRST_LEGS]] = True
+    return legs[chosen]
+
+
 def _buckets(problem: Problem, beam: Beam, begin_s: float, links: Ints, figures: Floats) -> Ints:
     """Return the head of each stretch of time's chain of states, and link the chains."""
     stretches = max(0, int((problem.objective.ends_s - begin_s) / beam.bucket_s)) + 1
@@ -238,40 +282,6 @@ def _setting(engine: WhatIf, reach_m: float) -> BeamSetting:
     """Return what a beam moves in, as its kernel takes it."""
     problem = engine.problem
     legs = problem.legs
-    ways, hops = _ways_within(legs, reach_m)
+    ways, hops = ways_within(legs, reach_m)
     ends = LegEnds(legs.to_node, legs.duration_s, legs.node_xy_m, legs.home_s)
     return BeamSetting(ways, hops, ends, float(problem.uav.landing_s), engine.index)
-
-
-@lru_cache(maxsize=16)  # see the comment on caches in `what_if`
-def _ways_within(legs: Legs, reach_m: float) -> tuple[BeamWays, BeamHops]:
-    """Return the ways and hops of a beam with transits of limited length."""
-    hops = [_hops(legs.node_xy_m, node, reach_m) for node in range(len(legs.node_xy_m))]
-    leaving = [np.flatnonzero(legs.from_node == node) for node in range(len(legs.node_xy_m))]
-    ways = [list(_ways(node, near, leaving)) for node, (near, _, _) in enumerate(hops)]
-    first_hop = first_rows([len(near) for near, _, _ in hops])
-    first_way = first_of_parts(ways)
-    leg, hop = np.array([way for some in ways for way in some], dtype=np.int32).reshape(-1, 2).T
-    bearing, offset = (np.concatenate(part) for part in list(zip(*hops, strict=True))[1:])
-    away_m = np.hypot(offset[:, 0], offset[:, 1])
-    return (
-        BeamWays(first_way, np.ascontiguousarray(leg), np.ascontiguousarray(hop)),
-        BeamHops(first_hop, bearing, offset / away_m[:, None], away_m / legs.speed_mps),
-    )
-
-
-def _hops(node_xy_m: Floats, node: int, reach_m: float) -> tuple[Ints, Floats, Floats]:
-    """Return the other places within reach of a node by bearing: node, bearing, offset."""
-    offset = node_xy_m - node_xy_m[node]
-    away_m = np.hypot(offset[:, 0], offset[:, 1])
-    near = np.flatnonzero((away_m > 0.0) & (away_m <= reach_m))
-    bearing = bearings_of(offset[near])
-    order = np.argsort(bearing, kind="stable")
-    return near[order], bearing[order], offset[near[order]]
-
-
-def _ways(node: int, near: Ints, leaving: Sequence[Ints]) -> Iterator[tuple[int, int]]:
-    """Yield each leg that can follow at a node, with the number of the hop to it, -1: none."""
-    for hop, start in [(-1, node), *enumerate(near.tolist())]:
-        for leg in leaving[start].tolist():
-            yield leg, hop

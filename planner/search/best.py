@@ -32,7 +32,7 @@ LAST = 3  # times the budget that beams may take; the last one begins within it,
 POLISH = 0.25  # share of a round's work that goes into polishing
 # Where the movement is free: shares of all work that go into orders of roads, before it, and on
 # abstract nets, where roads are long, into the annealing of what is best, after it.
-ROADS, POLISH_FREE = 0.1, 0.6
+ROADS, POLISH_FREE = 0.1, 0.8
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:

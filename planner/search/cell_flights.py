@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import columns
+from planner.detection.first_detection import columns, first_detection
 from planner.futures.futures import Futures
 from planner.search.kernels.cell_beam import (
     BEST,
@@ -30,6 +30,7 @@ from planner.search.kernels.cell_beam import (
 from planner.search.kernels.cell_index import CellIndex, cell_index
 from planner.search.kernels.cells import Slabs
 from planner.search.kernels.motion import Course
+from planner.search.plan import plan_of_waypoints
 from planner.search.problem import Problem
 from planner.search.what_if import goal_of, rows_of
 
@@ -106,15 +107,30 @@ class Cells:
             return cls(problem, problem.proposals, problem.proposals.weight, ticks)
         return cls(problem, problem.futures, problem.weight_at_start, ticks)
 
-    def some(self, many: int) -> "Cells":
-        """Return those of so many unseen particles, evenly chosen; itself if it has fewer."""
+    def some(self, many: int, ticks: int) -> "Cells":
+        """Return those of so many unseen particles at most, chosen by chance, in so many ticks."""
         weight = self.index.weight
         unseen = np.flatnonzero(weight > 0.0)
-        if len(unseen) <= many:
-            return self
-        few = unseen[np.arange(many) * len(unseen) // many]
-        share = weight[few] * (weight.sum() / weight[few].sum())
-        return Cells(self.problem, self._particles.take(few), share, self.ticks.many - 1)
+        # Not every so manieth: of a Sobol sequence such a part leaves whole regions out.
+        few = np.sort(np.random.default_rng(0).permutation(unseen)[:many])
+        share = weight[few] * (weight.sum() / max(weight[few].sum(), 1e-300))
+        return Cells(self.problem, self._particles.take(few), share, ticks)
+
+    def brings(self, flight: FreeFlight) -> Floats:
+        """Return the reward per unit of unseen weight that a flight brings after each tick."""
+        objective, weight = self.problem.objective, self.index.weight
+        plan = plan_of_waypoints(self.problem, "", flight.waypoints)
+        seen_at = first_detection(self._particles, plan.tracks[0], self.problem.sensor.radius_m)
+        seen_at[weight == 0.0] = np.inf
+        by_time = np.argsort(seen_at, kind="stable")
+        times_s = self.ticks.begin_s + self.ticks.lasts_s * np.arange(self.ticks.many)
+        after = np.searchsorted(seen_at[by_time], times_s, side="right")
+        left, reward = (
+            np.append(np.cumsum(amount[by_time][::-1])[::-1], 0.0)[after]
+            for amount in (weight, weight * objective.reward(seen_at))
+        )
+        brings: Floats = np.divide(reward, left, out=np.zeros(len(times_s)), where=left > 0.0)
+        return brings
 
     @property
     def middle_m(self) -> Floats:
@@ -158,6 +174,7 @@ def fly_beam(
     beam: CellBeam,
     first_m: tuple[float, float] | None = None,
     *,
+    like: FreeFlight | None = None,
     stop: Callable[[], bool] = bool,
     most: float = np.inf,
 ) -> FreeFlight:
@@ -167,6 +184,9 @@ def fly_beam(
     ----------
     first_m
         Where every flight goes first, x and y in metres; anywhere if not given.
+    like
+        A flight that tells what unseen particles usually bring later; without one, only what has
+        been earned counts.
     stop
         Asked between ticks; once it says so, the best flight so far is returned.
     most
@@ -174,12 +194,13 @@ def fly_beam(
     """
     setting = _setting(cells, beam)
     states = _first_states(cells, setting, first_m)
+    brings = np.zeros(cells.ticks.many) if like is None else cells.brings(like)
     for tick in range(cells.ticks.many):
         if states.heads[tick] < 0:
             continue
         if states.counts[RAYS] >= most or stop():
             break
-        states = grow_tick(tick, states, setting)
+        states = grow_tick(tick, states, setting, float(brings[tick]))
     best = int(states.counts[BEST])
     return FreeFlight(
         _waypoints(states, best), float(states.figures[REWARD, best]), int(states.counts[RAYS])

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from planner.search.beam import BUCKET_S, Beam, RewardToGo, beam_order, bucket_s, near_m
+from planner.search.beam import BUCKET_S, Beam, RewardToGo, beam_order, bucket_s, is_small, near_m
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -20,6 +20,7 @@ from planner.search.what_if import WhatIf
 
 WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
 REPAIR = 1500  # units of work that a repair takes beside its flights
+REPAIRS = 20  # that the work suffices for at least, in nets where one would never come to an end
 
 
 def lns(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
@@ -53,6 +54,7 @@ def polished(
     states = _states(engine, order)
     reward, done = _reward(engine, states[-1]), 0
     stretch = bucket_s(engine.problem) / BUCKET_S
+    share = work if is_small(engine.problem) else max(REPAIR, work // REPAIRS)
     while done < work and len(order) > 1 and not stop():
         cut = int(rng.integers(len(order)))
         reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
@@ -60,7 +62,12 @@ def polished(
         beam = Beam(width, reach_m, lasts_s)
         reward_to_go = RewardToGo.of(engine.problem, order)
         rest, flights = beam_order(
-            engine, beam, reward_to_go, start=states[cut], stop=stop, most=work - done
+            engine,
+            beam,
+            reward_to_go,
+            start=states[cut],
+            stop=stop,
+            most=min(share, work - done),
         )
         done += REPAIR + flights
         repaired = [*order[:cut], *rest]

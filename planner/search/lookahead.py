@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.search.fastest import Before, Unseen, fly_fastest
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -9,9 +10,7 @@ from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import (
     after_flight,
-    earned,
     first_fastest,
-    legs_ahead,
     rate_of,
     stepwise,
     toward_next,
@@ -35,8 +34,7 @@ def lookahead(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> 
 def fastest_pair(engine: WhatIf, state: SearchState) -> SearchState | None:
     """Return the state after the first leg of the fastest pair, or nearer to what is unseen."""
     problem = engine.problem
-    flights = engine.fly(state, legs_ahead(problem, state))
-    gained = earned(problem, state, flights)
+    flights, gained = fly_fastest(Unseen(engine, state), count=FIRST_LEGS)
     if not gained.any():
         return toward_next(engine, state)
     rates = rate_of(gained, flights.end_s - state.time_s)
@@ -51,7 +49,6 @@ def fastest_pair(engine: WhatIf, state: SearchState) -> SearchState | None:
 
 def _fastest_on(engine: WhatIf, state: SearchState, gained: float, since_s: float) -> float:
     """Return the most that can be earned per second with one leg more, from a time on."""
-    problem = engine.problem
-    flights = engine.fly(state, legs_ahead(problem, state))
-    rates = rate_of(gained + earned(problem, state, flights), flights.end_s - since_s)
+    flights, more = fly_fastest(Unseen(engine, state), before=Before(gained, since_s))
+    rates = rate_of(gained + more, flights.end_s - since_s)
     return float(rates.max(initial=0.0))

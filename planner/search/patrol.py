@@ -8,15 +8,17 @@ and in the end stays where they rest.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, Ints
 from planner.detection.evaluate import evaluate
+from planner.search.fastest import fly_fastest
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from planner.search.state import SearchState
-from planner.search.stepwise import after_flight, first_fastest, legs_ahead, rate_of, stepwise
+from planner.search.stepwise import after_flight, first_fastest, rate_of, stepwise
 from planner.search.what_if import Sightings, WhatIf
 
 # Of targets, by a plan that has seen all of a thousand particles; measured on grid5x5 alone.
@@ -55,17 +57,34 @@ def _after(problem: Problem, order: Sequence[int]) -> SearchState:
     return state.absorb(np.where(seen_at <= state.time_s, seen_at, np.inf))
 
 
+@dataclass(frozen=True, eq=False)
+class Missed:
+    """What the next leg earns with everybody, who was seen as far as that may be a mistake."""
+
+    engine: WhatIf
+    state: SearchState
+
+    def fly(self, legs: Ints) -> tuple[Sightings, Floats]:
+        """Return the flights along legs and what each earns, (C,)."""
+        problem = self.engine.problem
+        everyone = np.ones(len(self.state.miss))  # who was seen is looked for again
+        flights = self.engine.fly(self.state, legs, miss=everyone)
+        reward = _doubt(problem, self.state, flights) * problem.objective.reward(flights.seen_at)
+        return flights, flights.per_flight(problem.weight_at_start[flights.particle] * reward)
+
+    def ceilings(self, legs: Ints) -> Floats:
+        """Return what flights along legs earn at most, (C,)."""
+        weight = self.engine.problem.weight_at_start
+        return self.engine.ceilings(self.state, legs, weight, missed=MISSED)
+
+
 def _patrol(engine: WhatIf, state: SearchState) -> SearchState | None:
     """Return the state after the patrol's next leg, the one that earns most per second."""
-    problem = engine.problem
-    everyone = np.ones(len(state.miss))  # who was seen is looked for again
-    flights = engine.fly(state, legs_ahead(problem, state), miss=everyone)
-    reward = _doubt(problem, state, flights) * problem.objective.reward(flights.seen_at)
-    gained = flights.per_flight(problem.weight_at_start[flights.particle] * reward)
+    flights, gained = fly_fastest(Missed(engine, state))
     if not gained.any():
         return None
     rates = rate_of(gained, flights.end_s - state.time_s)
-    return after_flight(problem, state, flights, first_fastest(problem, rates))
+    return after_flight(engine.problem, state, flights, first_fastest(engine.problem, rates))
 
 
 def _doubt(problem: Problem, state: SearchState, flights: Sightings) -> Floats:

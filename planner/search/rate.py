@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.search.fastest import Unseen, fly_fastest
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
@@ -9,9 +10,7 @@ from planner.search.result import SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import (
     after_flight,
-    earned,
     first_fastest,
-    legs_ahead,
     rate_of,
     stepwise,
     toward_next,
@@ -39,9 +38,7 @@ def rate_order(engine: WhatIf) -> tuple[int, ...]:
 def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:
     """Return the state after the leg that earns most per second, or nearer to what is unseen."""
     problem = engine.problem
-    legs = legs_ahead(problem, state)
-    flights = engine.fly(state, legs)
-    gained = earned(problem, state, flights)
+    flights, gained = fly_fastest(Unseen(engine, state))
     if not gained.any():
         return toward_next(engine, state)
     rates = rate_of(gained, flights.end_s - state.time_s)

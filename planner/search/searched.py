@@ -67,6 +67,7 @@ def _with_roads(network: RoadNetwork, roads: Ints) -> RoadNetwork:
         first_point=first_of_parts(shapes),
         shape_xy_m=np.concatenate(shapes),
         half_width_m=network.half_width_m[roads],
+        both_ways=network.both_ways[roads],
         edge_road=index[network.edge_road],
     )
 

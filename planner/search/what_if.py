@@ -12,10 +12,11 @@ from planner.detection.first_detection import columns
 from planner.detection.objective import Objective
 from planner.flight.legs import Legs
 from planner.futures.futures import Pieces
+from planner.search.kernels.ceilings import Doubt, ceilings
 from planner.search.kernels.motion import ParticleMotion, motion_of
 from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
 from planner.search.kernels.ticks import TimedLegs, seen_by_ticks
-from planner.search.kernels.transits import Departure, Sensing, Transits, bearings_of
+from planner.search.kernels.transits import Transits, bearings_of
 from planner.search.kernels.what_if import (
     Candidates,
     Goal,
@@ -24,15 +25,18 @@ from planner.search.kernels.what_if import (
     fly_all,
     score_all,
 )
+from planner.search.kernels.windows import Departure, Sensing
 from planner.search.problem import Problem
 from planner.search.state import SearchState
 
 # Four caches outlive the planner that filled them, each of what never changes: the indices of
 # problems (`_indices`, as long as a problem lives), the last grid of futures
 # (`waypoint_rewards._grids`, as long as they live), the transits from the last 256 places asked
-# for (`_transits_from`), and the ways of the last 16 beams (`beam._ways_within`). The latter two
+# for (`_transits_from`), and the ways of the last 16 beams (`ways.ways_within`). The latter two
 # keep the `Legs` that they were asked about alive.
 _indices: WeakKeyDictionary[Problem, SearchIndex] = WeakKeyDictionary()
+
+PACE = 0.8  # of the UAV's speed: who is faster for a while only falls behind a flight in the end
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +132,24 @@ class WhatIf:
             candidates.leg, flown.start_s, end_s, flown.first, flown.particle, flown.seen_at
         )
 
+    def ceilings(
+        self, state: SearchState, legs: Ints, unseen: Floats, *, missed: float = 0.0
+    ) -> Floats:
+        """Return what each leg earns at most if it is flown from a state on, (C,).
+
+        A hundred times faster than ``score``, and rather too high.
+
+        Parameters
+        ----------
+        unseen
+            Probability of each particle, as far as it is looked for, (N,).
+        missed
+            Probability that a particle seen a horizon ago was missed then.
+        """
+        departure, candidates, transits = self._ways(state, legs)
+        doubt = Doubt(np.array(unseen, dtype=np.float64), state.seen_at.copy(), float(missed))
+        return ceilings(departure, candidates, transits, doubt, self.index)
+
     def fly_by_ticks(
         self, state: SearchState, legs: Ints, tick_s: float, *, miss: Floats | None = None
     ) -> Sightings:
@@ -198,7 +220,8 @@ def indexed(problem: Problem) -> SearchIndex:
 def index_of(problem: Problem) -> SearchIndex:
     """Return a problem's index, made anew."""
     legs, sensor, futures = problem.legs, problem.sensor, problem.futures
-    motion = motion_of(columns(futures), rows_of(futures.pieces))
+    pace_mps = PACE * float(legs.speed_mps)
+    motion = motion_of(columns(futures), rows_of(futures.pieces), pace_mps)
     return SearchIndex(
         motion,
         passages(problem, motion),

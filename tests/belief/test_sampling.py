@@ -11,9 +11,10 @@ import pytest
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed, Normal, Uniform
 from planner.belief.particles import Particles
+from planner.belief.predefined import predefined
 from planner.belief.prior import Prior, turn_probability
 from planner.belief.routes import most_turns
-from planner.belief.sampling import Sampling, predefined, sample
+from planner.belief.sampling import Sampling, sample
 from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 from planner.streams import stream

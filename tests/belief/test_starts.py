@@ -15,6 +15,7 @@ from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.georeference import grid_convergence_deg, lonlat
 from planner.scenario.sections import TargetSection
+from planner.scenario.target_values import CircleStart
 from planner.streams import stream
 from support.sumo_instances import grid5x5, town
 from support.towns import berlin
@@ -129,16 +130,13 @@ def test_longitude_and_latitude_are_the_same_place() -> None:
     network = berlin().network
     x_m, y_m = 1492.6, 671.7
     lon, lat = lonlat(network, np.array([x_m, y_m]))
-    turned_deg = grid_convergence_deg(network, np.array([x_m, y_m]))
-    assert abs(turned_deg) > 0.1
-    for heading in ("", ", heading_deg = "):
-        headings = (heading and f"{heading}{90 - turned_deg}", heading and f"{heading}90")
+    for heading in ("", ", heading_deg = 90"):
         places = (f"x_m = {x_m}, y_m = {y_m}", f"lon = {lon!s}, lat = {lat!s}")
         by_m, by_deg = (
             open_scenario(
                 "berlin", overrides=[f"target.start={{ {place}, radius_m = 120{heading} }}"]
             ).prior
-            for place, heading in zip(places, headings, strict=True)
+            for place in places
         )
         assert isinstance(by_m, Prior)
         assert isinstance(by_deg, Prior)
@@ -237,3 +235,15 @@ def test_faults_are_told_by_key(overrides: tuple[str, ...], expected: list[str])
     else:
         assert found[0].startswith("target.start: ")
         assert "nosuch.xml" in found[0]
+
+
+def test_a_heading_is_a_true_one_where_the_net_knows_north() -> None:
+    network = berlin().network
+    turned_deg = float(grid_convergence_deg(network, np.array([1492.6, 671.7])))
+    assert abs(turned_deg) > 0.1
+    start = CircleStart(x_m=1492.6, y_m=671.7, radius_m=120, heading_deg=90)
+    found = stretches_of(start, network)
+    assert found is not None
+    by_grid = in_circle(network, 1492.6, 671.7, 120, heading_deg=90 - turned_deg, leads_on=True)
+    assert found.edge.tolist() == by_grid.edge.tolist()
+    assert found.to_m.tolist() == by_grid.to_m.tolist()

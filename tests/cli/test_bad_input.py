@@ -153,6 +153,7 @@ def test_all_faults_at_once(run: Commands) -> None:
         (("fly", __file__), "holds no run"),
         (("plan", "grid5x5", "--set", "search.particles=999999999999"), "out of memory"),
         (("plan", "figure3", "--free", "--method", "greedy"), "--free"),
+        (("plan", "figure3", "--no-free", "--method", "greedy"), "--no-free"),
     ],
 )
 def test_arguments(refused: Callable[..., str], arguments: tuple[str, ...], word: str) -> None:

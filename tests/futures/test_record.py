@@ -110,6 +110,8 @@ def one(particles: Particles, k: int) -> Particles:
         phase_s=particles.phase_s[[k]],
         stop_s=particles.stop_s[[k]],
         end_m=particles.end_m[[k]],
+        flees_s=particles.flees_s[[k]],
+        flees=particles.flees[[k]],
     )
 
 

@@ -11,9 +11,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from planner.belief.distribution import Listed, Normal, Uniform
+from planner.belief.habits import Flees, Stops
+from planner.belief.mixture import Mixture
 from planner.belief.particles import Particles
 from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn, Given, OneTarget, Recipe
+from planner.belief.stretches import Stretches
 from planner.errors import InputError
 from planner.futures import store
 from planner.futures.record import How, record
@@ -175,6 +178,11 @@ OTHER_PRIOR = {
     "gone": True,
     "probability_present": 0.5,
     "signals_known": True,
+    "stretches": Stretches([0], [0.0], [1.0], [1.0]),
+    "window_s": 1,
+    "goals": Stretches([1], [0.0], [1.0], [1.0]),
+    "stops": Stops(0.0, 1.0, 60.0),
+    "flees": Flees(90.0, 1.3),
 }
 OTHER_TARGET = {
     "prior": replace(drawn().prior, driving="free"),
@@ -215,6 +223,15 @@ def test_all_of_a_prior_is_in_the_key(name: str) -> None:
     assert key_of(replace(drawn(), prior=prior)) != key_of(drawn())
 
 
+def test_all_of_a_mixture_is_in_the_key() -> None:
+    prior, other = drawn().prior, replace(drawn().prior, window_s=1)
+    parts = [(0.5, prior, prior), (0.5, prior, replace(prior, gone=True)), (0.4, prior, prior)]
+    parts.append((0.5, other, other))
+    mixtures = [Mixture(np.array([p, 1 - p]), (one, two)) for p, one, two in parts]
+    keys = {key_of(replace(drawn(), prior=mixture)) for mixture in mixtures}
+    assert len(keys) == len(mixtures)
+
+
 @pytest.mark.parametrize("name", [field.name for field in fields(OneTarget)])
 def test_all_of_a_given_target_is_in_the_key(name: str) -> None:
     target = OneTarget(drawn().prior, ["AB", "BC"], 20.0, 0.0, 900.0, 1, ("truth",))
@@ -231,6 +248,8 @@ def test_all_of_given_particles_is_in_the_key(name: str) -> None:
         value = column + np.where(np.arange(len(column)) == 1, 1, 0)
     if name == "gone":
         value = ~column
+    if name in ("stop_s", "end_m"):
+        value = np.full(len(column), 1.0)
     other = replace(particles, **{name: value})
     assert key_of(Given(other, 900.0)) != key_of(Given(particles, 900.0))
     assert key_of(Given(particles, 901.0)) != key_of(Given(particles, 900.0))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from planner.futures.futures import Futures
-from planner.mission import proposals as made_by
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, budget_of, make_plan
 from planner.search import dashes
@@ -26,7 +25,7 @@ def opened(*overrides: str, place: object = TOWN) -> OpenScenario:
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(made_by, "PROPOSALS", 60)
+    monkeypatch.setattr("planner.mission.recorder.PROPOSALS", 60)
 
 
 def test_towns_may_be_searched_off_the_roads_unless_the_scenario_says_otherwise() -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from planner.arrays import Floats
-from planner.belief.sampling import predefined, sample
+from planner.belief.predefined import predefined
+from planner.belief.sampling import sample
 from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder

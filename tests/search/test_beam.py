@@ -10,6 +10,7 @@ from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
+from planner.search import beam as beams
 from planner.search.beam import Beam, RewardToGo, beam, beam_order
 from planner.search.best import best
 from planner.search.exact import best_order
@@ -20,6 +21,7 @@ from planner.search.problem import Budget, Problem
 from planner.search.rate import rate, rate_order
 from planner.search.what_if import WhatIf
 from planner.streams import stream
+from support.grid_instance import grid_futures, grid_problem
 from support.instances import figure3, physics_futures
 from support.search_instances import random_problem
 
@@ -163,6 +165,25 @@ def test_best_returns_what_it_has_when_it_is_stopped() -> None:
     assert values == sorted(values, reverse=True)
     at_once = best(problem, budget=Budget(work=10**6, stop=lambda _: True), rng=stream(1, "best"))
     assert len(at_once.plan.legs[0]) > 0
+
+
+def test_in_large_nets_beams_begin_with_the_most_promising_legs_and_come_to_an_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = grid_problem(grid_futures(200, np.random.default_rng(1)))
+    engine = WhatIf(problem)
+    outlook = RewardToGo.of(problem, rate_order(engine))
+    whole, work = beam_order(engine, Beam(8), outlook)
+    monkeypatch.setattr(beams, "FEW", 0)
+    monkeypatch.setattr(beams, "FIRST_LEGS", 4)
+    order, less = beam_order(engine, Beam(8), outlook)
+    assert reward(problem, order) > 0.9 * reward(problem, whole)
+    assert less < work
+    most = less // 4
+    ended, done = beam_order(engine, Beam(8), outlook, most=most)
+    assert done <= 1.2 * most
+    late_s = [plan_of_legs(problem, "", legs).legs[0][-1].end_s for legs in (ended, order)]
+    assert late_s[0] > 0.5 * late_s[1]  # it got narrower, not shorter
 
 
 def test_beams_land_in_time() -> None:

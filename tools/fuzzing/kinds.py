@@ -37,6 +37,29 @@ PARK = """{"type": "FeatureCollection", "features": [{"type": "Feature", "proper
 "geometry": {"type": "Polygon", "coordinates": [[[13.525, 52.43], [13.53, 52.43], [13.53, 52.44],
 [13.525, 52.44], [13.525, 52.43]]]}}]}
 """
+ZONES = """<additional>
+<taz id="z" edges="AB"/>
+<taz id="w"><tazSource id="AB" weight="1"/><tazSink id="CF" weight="2"/></taz>
+<taz id="s" shape="-10,-10 900,-10 900,900"/>
+</additional>
+"""
+ROUTES = """<routes><route id="r" edges="AB BC CF"/>
+<routeDistribution id="d">
+<route refId="r" probability="3"/><route edges="AB BD"/>
+</routeDistribution>
+<vehicle id="a" depart="0" route="d"/><vehicle id="b" depart="1"><route edges="AB BD"/></vehicle>
+</routes>
+"""
+TRIPS = '<routes><trip id="a" depart="0" to="CF"/><flow id="b" begin="0" to="DG"/></routes>'
+PROFILE = """[[mix]]
+weight = 2
+start = { x_m = 900, y_m = 9, radius_m = 50, heading_deg = 90 }
+goes = [{ edge = "CF", p = 0.5 }, { x_m = 9000, y_m = 0, p = 0.5 }]
+[[mix]]
+weight = 1
+start = [{ edge = "AB", from_m = 10, to_m = 200 }]
+stops = { parked = 0.1, share = 0.5, mean_s = 60 }
+"""
 EXPERIMENT = """title = "two methods"
 scenario = "scenario.toml"
 replicates = 3
@@ -48,7 +71,17 @@ KEYS = (
     *("search.seed", "search.horizon_s", "search.particles", "search.sampling", "search.objective"),
     *("uav.speed_mps", "uav.start.x_m", "uav.start", "uav.take_off_s", "uav.return_to", "title"),
     *("target.start.AB", "target.start", "target.speed_mps", "target.turning", "target.distance_m"),
-    *("sensor.radius_m", "greedy.tick_s", "network.nodes", "network.net", "truth.start", "x", ""),
+    *("target.goes", "target.mix", "target.stops", "target.flees", "target.profile"),
+    *(
+        "target.last_seen_window_s",
+        "sensor.radius_m",
+        "greedy.tick_s",
+        "network.nodes",
+        "network.net",
+        "truth.start",
+        "x",
+        "",
+    ),
 )
 
 
@@ -88,6 +121,18 @@ def _turns(folder: Path) -> None:
 def _park(folder: Path) -> None:
     (folder / "scenario.toml").write_text(IN_TOWN, encoding="utf-8")
     (folder / "park.geojson").write_text(PARK, encoding="utf-8")
+
+
+def _places(folder: Path) -> None:
+    _scenario(folder)
+    files = {
+        "zones.add.xml": ZONES,
+        "town.rou.xml": ROUTES,
+        "trips.xml": TRIPS,
+        "own.toml": PROFILE,
+    }
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _net(folder: Path) -> None:
@@ -173,6 +218,17 @@ RUN = ("run/plan.json", "run/plan.json", "run/run.json", "run/prices.parquet")
 PROOF = tuple(f"run/{name}.parquet" for name in ("motion", "weights", "prices"))
 OWN = ("plan", str(FIGURE3), *SMALL, "--futures")
 
+DRAWN = ("build", ".", "--json", "--set", "target.distance_m=anywhere")
+SOBOL = ("--set", "search.sampling=sobol")
+PLACES = (
+    ("zone", "zones.add.xml", "start", '{taz="w",file="zones.add.xml"}'),
+    ("zone drawn", "zones.add.xml", "start", '{taz="s",file="zones.add.xml"}'),
+    ("goals", "zones.add.xml", "goes", '[{taz="z",file="zones.add.xml"},{edge="CF"}]'),
+    ("routes", "town.rou.xml", "goes", '{file="town.rou.xml"}'),
+    ("trips", "trips.xml", "goes", '{file="trips.xml"}'),
+    ("profile", "own.toml", "profile", '"own.toml"'),
+)
+
 KINDS = (
     Kind("scenario", _scenario, ("scenario.toml",), ("build", ".", "--json")),
     Kind("scenario planned", _scenario, ("scenario.toml",), ("plan", ".", *SMALL)),
@@ -193,6 +249,10 @@ KINDS = (
         ("build", ".", "--set", 'target.turning={file="turns.xml"}', "--json"),
     ),
     Kind("areas", _park, ("park.geojson",), ("build", ".", "--json")),
+    *(
+        Kind(name, _places, (file,), (*DRAWN, *SOBOL, "--set", f"target.{key}={value}"))
+        for name, file, key, value in PLACES
+    ),
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
     Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv")),
     Kind("fcd parquet", _fcd_parquet, ("fcd.parquet",), (*OWN, "fcd.parquet")),

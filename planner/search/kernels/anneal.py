@@ -18,7 +18,6 @@ from planner.detection.kernels.closest_approach import (
     motion_at,
 )
 from planner.jit import compiled
-from planner.search.kernels.transits import Departure
 from planner.search.kernels.waypoints import (
     LEFT,
     SEEN,
@@ -32,6 +31,7 @@ from planner.search.kernels.waypoints import (
     Y,
     sweep,
 )
+from planner.search.kernels.windows import Departure
 
 
 class Scale(NamedTuple):

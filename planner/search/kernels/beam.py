@@ -11,8 +11,9 @@ import numpy as np
 from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows
 from planner.jit import compiled
-from planner.search.kernels.transits import Departure, Transits
+from planner.search.kernels.transits import Transits
 from planner.search.kernels.what_if import Candidates, SearchIndex, fly_all, reward_of, score_all
+from planner.search.kernels.windows import Departure
 
 PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of the unseen's bits
 END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not seen

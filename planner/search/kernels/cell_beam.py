@@ -4,7 +4,7 @@ A state is a place and a time to which a chain of straight flights leads, and wh
 From each state that goes on, rays are flown: in evenly spread headings, towards places such as
 nodes, and none at all, which is to hover. A ray that is flown once gives a new state at each of
 several lengths. States wait in chains by tick; of those about as near to each other as the sensor
-reaches only the one that has earned most goes on.
+reaches only the most promising goes on.
 """
 
 from typing import NamedTuple
@@ -108,10 +108,11 @@ def has_room(i: int, kept: Ints, figures: Floats, crowd: Crowd) -> bool:
 
 
 @compiled
-def chosen(tick: int, states: CellStates, crowd: Crowd) -> Ints:
-    """Return the states of a tick that go on, those that have earned most first.
+def chosen(tick: int, states: CellStates, crowd: Crowd, brings: float) -> Ints:
+    """Return the states of a tick that go on, the most promising first.
 
-    Equal reward is settled by the order in which states came to be.
+    Promise is what a state has earned, and ``brings`` per unit of weight that it has not seen.
+    Equal promise is settled by the order in which states came to be.
     """
     links, figures = states.links, states.figures
     many, i = 0, states.heads[tick]
@@ -121,7 +122,7 @@ def chosen(tick: int, states: CellStates, crowd: Crowd) -> Ints:
     mine, lacks = np.empty(many, np.int32), np.empty(many)
     i = states.heads[tick]
     for j in range(many - 1, -1, -1):
-        mine[j], lacks[j] = i, -figures[REWARD, i]
+        mine[j], lacks[j] = i, -figures[REWARD, i] - brings * figures[UNSEEN, i]
         i = links[NEXT, i]
     kept, count = np.empty(min(crowd.width, many), np.int32), 0
     for j in np.argsort(lacks, kind="mergesort"):
@@ -231,13 +232,16 @@ def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
 
 
 @compiled
-def grow_tick(tick: int, states: CellStates, setting: Setting) -> CellStates:
-    """Let the chosen states of a tick fly on along all rays; return the states then known."""
+def grow_tick(tick: int, states: CellStates, setting: Setting, brings: float) -> CellStates:
+    """Let the chosen states of a tick fly on along all rays; return the states then known.
+
+    ``brings`` is the reward that a unit of unseen weight usually brings from then on.
+    """
     links, figures, masks, heads, counts = states
     rays, goal = setting.rays, setting.cells.goal
     most_new = (len(rays.velocity) + len(rays.places)) * (len(rays.stops) + 1)
     seen_in = np.empty(len(setting.cells.weight), np.int32)
-    for i in chosen(tick, states, setting.crowd):
+    for i in chosen(tick, states, setting.crowd, brings):
         most = figures[REWARD, i] + figures[UNSEEN, i] * reward_of(figures[TIME, i], goal)
         if most <= figures[REWARD, counts[BEST]] * (1.0 + SAME) and i > 0:
             continue

@@ -7,6 +7,7 @@ and a clock tells near which piece each particle is at a time, so that no flight
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import (
@@ -16,6 +17,8 @@ from planner.detection.kernels.closest_approach import (
     first_within,
 )
 from planner.jit import compiled
+
+Singles = npt.NDArray[np.float32]
 
 
 class ParticleMotion(NamedTuple):
@@ -29,7 +32,11 @@ class ParticleMotion(NamedTuple):
     clock: Ints  # (B, N) the piece in which each particle is at second first_s + b * step_s
     first_s: float
     step_s: float
+    spots_m: Singles  # (B, N, 2) where each particle is then, or begins later; single precision
     fastest_mps: float  # highest speed of any particle; inf: one jumps
+    # in t seconds particle i gets at most pace_mps * t + ahead_m[i] far
+    pace_mps: float
+    ahead_m: Floats  # (N,)
 
 
 class Course(NamedTuple):
@@ -65,13 +72,26 @@ def fastest(futures: FuturesColumns) -> float:
 
 
 @compiled
-def motion_of(futures: FuturesColumns, straight: Floats) -> ParticleMotion:
+def ahead_of(pieces: Floats, first_piece: Offsets, pace_mps: float) -> Floats:
+    """Return how far each particle gets beyond a pace in the times when it is faster, (N,) m."""
+    ahead_m = np.zeros(len(first_piece) - 1)
+    for who in range(len(ahead_m)):
+        for k in range(first_piece[who], first_piece[who + 1] - 1):
+            way_m = np.hypot(pieces[k + 1, X] - pieces[k, X], pieces[k + 1, Y] - pieces[k, Y])
+            ahead_m[who] += max(0.0, way_m - pace_mps * (pieces[k, END] - pieces[k, BEGIN]))
+    return ahead_m
+
+
+@compiled
+def motion_of(futures: FuturesColumns, straight: Floats, pace_mps: float) -> ParticleMotion:
     """Return the motion of all particles; memory and time are linear in their knots.
 
     Parameters
     ----------
     straight
         The futures' pieces of straight motion, (K, 6) columns as above.
+    pace_mps
+        Beside which the way of each particle is told, m/s.
     """
     time_s, first_knot = futures.time_s, futures.first_knot
     many, knots = len(futures.gone), len(time_s)
@@ -91,7 +111,43 @@ def motion_of(futures: FuturesColumns, straight: Floats) -> ParticleMotion:
             while k + 1 < first_knot[who + 1] and pieces[k, END] <= first_s + b * step_s:
                 k += 1
             clock[b, who] = k
-    return ParticleMotion(pieces, first_knot, end_s, clock, first_s, step_s, fastest(futures))
+    return ParticleMotion(
+        pieces,
+        first_knot,
+        end_s,
+        clock,
+        first_s,
+        step_s,
+        spots_of(pieces, first_knot, clock, first_s, step_s),
+        fastest(futures),
+        pace_mps,
+        ahead_of(pieces, first_knot, pace_mps),
+    )
+
+
+@compiled
+def spots_of(
+    pieces: Floats, first_piece: Offsets, clock: Ints, first_s: float, step_s: float
+) -> Singles:
+    """Return where the particles are at each of the clock's times, (B, N, 2) metres."""
+    spots_m = np.zeros((len(clock), len(first_piece) - 1, 2), dtype=np.float32)
+    for b in range(len(clock)):
+        for who in range(len(first_piece) - 1):
+            if first_piece[who] < first_piece[who + 1]:
+                k = clock[b, who]
+                x, y = place_in(pieces, k, max(pieces[k, BEGIN], first_s + b * step_s))
+                spots_m[b, who, 0], spots_m[b, who, 1] = x, y
+    return spots_m
+
+
+@compiled
+def farthest_from_spot(motion: ParticleMotion, row: int, span: Window) -> float:
+    """Return how far from its spot a particle gets at its pace until both ends of a span, m.
+
+    With room for what single precision loses.
+    """
+    moment_s = motion.first_s + row * motion.step_s
+    return 1.0 + motion.pace_mps * max(abs(span.from_s - moment_s), abs(span.to_s - moment_s))
 
 
 @compiled

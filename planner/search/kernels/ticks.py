@@ -13,8 +13,8 @@ from planner.detection.kernels.closest_approach import (
     motion_at,
 )
 from planner.jit import compiled
-from planner.search.kernels.transits import Departure
 from planner.search.kernels.what_if import LegColumns, SearchIndex
+from planner.search.kernels.windows import Departure
 
 
 class TimedLegs(NamedTuple):

@@ -29,14 +29,13 @@ from planner.search.kernels.motion import (
 from planner.search.kernels.passages import PassageColumns
 from planner.search.kernels.transits import (
     Chain,
-    Departure,
     RaySightings,
-    Sensing,
     Transits,
     first_from,
     ray_sightings,
     rays_to,
 )
+from planner.search.kernels.windows import Departure, Sensing
 
 
 class LegColumns(NamedTuple):
