@@ -77,7 +77,8 @@ def test_every_command_on_every_scenario(run: Commands, scenario: str, tmp_path:
 def test_plan_writes_what_it_says(grid_run: Path) -> None:
     assert {path.name for path in grid_run.iterdir()} == FILES
     plan = json.loads((grid_run / "plan.json").read_text())
-    assert set(plan) == {"schema", "method", "uavs", "planned", "evaluated"}
+    about = {"schema", "sighted_at", "network"}
+    assert set(plan) == about | {"method", "uavs", "planned", "evaluated"}
     (uav,) = plan["uavs"]
     assert set(uav) == {"waypoints", "legs", "sensor_on"}
     legs = {"road", "from_node", "to_node", "depart_s", "start_s", "end_s"}
