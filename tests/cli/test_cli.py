@@ -80,7 +80,8 @@ def test_plan_writes_what_it_says(grid_run: Path) -> None:
     about = {"schema", "sighted_at", "network"}
     assert set(plan) == about | {"method", "uavs", "planned", "evaluated"}
     (uav,) = plan["uavs"]
-    assert set(uav) == {"waypoints", "legs", "sensor_on"}
+    aircraft = {"altitude_m", "speed_mps", "max_flight_time_s", "start", "landing"}
+    assert set(uav) == aircraft | {"waypoints", "legs", "sensor_on"}
     legs = {"road", "from_node", "to_node", "depart_s", "start_s", "end_s"}
     assert all(set(leg) == legs for leg in uav["legs"])
     assert all(len(waypoint) == 3 for waypoint in uav["waypoints"])
