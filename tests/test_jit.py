@@ -52,7 +52,8 @@ def test_a_change_of_any_compiled_source_takes_another_folder(tmp_path: Path) ->
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__", "sumo_nets"))
     kept_in = {compiled_folder(tmp_path)}
     rooms = sorted(copy.rglob("kernels"))
-    assert [room.parent.name for room in rooms] == ["belief", "bounds", "detection", "futures", "search"]
+    stages = ["belief", "bounds", "detection", "futures", "search"]
+    assert [room.parent.name for room in rooms] == stages
     for number, room in enumerate(rooms, start=2):
         source = max(room.glob("*.py"))
         with source.open("a", encoding="utf-8") as file:

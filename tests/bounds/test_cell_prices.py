@@ -8,7 +8,6 @@ import pytest
 from planner.arrays import Floats
 from planner.bounds.any_flight import most_of_any_flight
 from planner.bounds.cell_prices import CellTable, cell_table
-from planner.bounds.certificate import earliest
 from planner.bounds.group_hunts import GroupHunts
 from planner.bounds.kernels.cell_prices import (
     ENDS,
@@ -18,13 +17,12 @@ from planner.bounds.kernels.cell_prices import (
     best_flight,
     may_see,
 )
-from planner.bounds.movements import Movements
 from planner.bounds.subgradient import lowest
 from planner.detection.objective import Objective
 from planner.search.anneal_waypoints import anneal_waypoints
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
-from support.any_flights import random_flight, reward_of, toy, toy_flights
+from support.any_flights import earliest, random_flight, reward_of, toy, toy_flights
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
 
@@ -32,11 +30,11 @@ SIDE, TICKS = 4, 4  # of the toy for enumeration: cells along a side, ticks
 
 
 def table_of(problem: Problem) -> CellTable:
-    return cell_table(problem, earliest(Movements(problem)))
+    return cell_table(problem, earliest(problem))
 
 
 def alone_of(problem: Problem) -> Floats:
-    return problem.objective.reward(earliest(Movements(problem)))
+    return problem.objective.reward(earliest(problem))
 
 
 def some_prices(problem: Problem, rng: np.random.Generator) -> list[Floats]:
@@ -127,7 +125,7 @@ def test_random_flights_earn_no_more(seed: int) -> None:
 def test_annealed_flights_earn_no_more_and_the_better_bound_counts() -> None:
     problem = grid_problem(grid_futures(60, np.random.default_rng(3)), distance_m=300_000.0)
     found = anneal_waypoints(problem, budget=Budget(work=200_000), rng=stream(1, "test"))
-    track, earliest_s = found.plan.tracks[0], earliest(Movements(problem))
+    track, earliest_s = found.plan.tracks[0], earliest(problem)
     reward = reward_of(problem, track.time_s, track.x_m, track.y_m)
     heard: list[float] = []
 

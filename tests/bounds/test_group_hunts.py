@@ -8,23 +8,22 @@ import pytest
 
 from planner.arrays import Ints
 from planner.bounds.any_flight import PRICE_STEPS
-from planner.bounds.certificate import Effort, certified, earliest
+from planner.bounds.certificate import Effort, certified
 from planner.bounds.group_hunts import SIZES, STEPS, GroupHunts, split
 from planner.bounds.kernels.group_orders import Whereabouts, most_reward, onward
-from planner.bounds.movements import Movements
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.futures.edges_driven import EdgesDriven
 from planner.search.anneal_waypoints import anneal_waypoints
 from planner.search.problem import Budget, Problem
 from planner.streams import stream
-from support.any_flights import random_flight, reward_of, toy, toy_flights
+from support.any_flights import earliest, random_flight, reward_of, toy, toy_flights
 from support.grid_instance import grid_futures, grid_problem
 from support.search_instances import random_problem
 
 
 def hunts_of(problem: Problem) -> GroupHunts:
-    return GroupHunts(problem, earliest(Movements(problem)))
+    return GroupHunts(problem, earliest(problem))
 
 
 def most_of(problem: Problem) -> float:
@@ -52,7 +51,7 @@ def test_targets_that_stand_get_the_best_order(seed: int) -> None:
         seen_at = np.cumsum(np.hypot(*np.diff(way, axis=0).T)) / uav.speed_mps
         reward = problem.objective.reward(seen_at)
         most = max(most, float(futures.weight[list(order)] @ reward))
-    physics = float(futures.weight @ problem.objective.reward(earliest(Movements(problem))))
+    physics = float(futures.weight @ problem.objective.reward(earliest(problem)))
     bound = most_of(problem)
     assert most <= bound < physics
     assert bound - most < 0.25 * (physics - most)
@@ -63,7 +62,7 @@ def test_random_flights_earn_no_more(seed: int) -> None:
     """Also where particles jump, come late, vanish, or are faster than the UAV."""
     problem, rng = random_problem(seed, particles=20), np.random.default_rng(seed)
     problem = problem.replace(objective=Objective(1200.0, 600.0 if seed % 5 == 0 else None))
-    physics = float(problem.futures.weight @ problem.objective.reward(earliest(Movements(problem))))
+    physics = float(problem.futures.weight @ problem.objective.reward(earliest(problem)))
     most = max(reward_of(problem, *random_flight(problem, rng)) for _ in range(300))
     assert most - 1e-9 <= most_of(problem) <= physics + 1e-9
 
@@ -93,7 +92,7 @@ def test_a_wider_sensor_earns_no_less() -> None:
 
 def test_alone_or_all_together_it_is_the_bound_of_physics() -> None:
     problem = grid_problem(grid_futures(12, np.random.default_rng(2)), distance_m=30_000.0)
-    alone = problem.futures.weight * problem.objective.reward(earliest(Movements(problem)))
+    alone = problem.futures.weight * problem.objective.reward(earliest(problem))
     hunts = hunts_of(problem)
     rewards = [hunts.reward(np.array([k])) for k in range(12)]
     np.testing.assert_allclose(rewards, alone, rtol=1e-12)
@@ -110,7 +109,7 @@ def test_alone_or_all_together_it_is_the_bound_of_physics() -> None:
         edges=EdgesDriven.unknown(12),
     )
     together = problem.replace(futures=crowd)
-    physics = float(crowd.weight @ problem.objective.reward(earliest(Movements(together))))
+    physics = float(crowd.weight @ problem.objective.reward(earliest(together)))
     assert most_of(together) == pytest.approx(physics, rel=1e-12)
 
 

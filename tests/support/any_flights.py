@@ -3,6 +3,7 @@
 import numpy as np
 
 from planner.arrays import Floats
+from planner.detection.chase import chased_alone
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -77,3 +78,8 @@ def random_flight(problem: Problem, rng: np.random.Generator) -> tuple[Floats, F
         way.append((float(x), float(y)))
     x_m, y_m = np.array(way).T
     return np.array(time_s), x_m, y_m
+
+
+def earliest(problem: Problem) -> Floats:
+    """When each particle could be seen if it were the only one, (N,) seconds."""
+    return chased_alone(problem.futures, problem.uav, problem.sensor)
