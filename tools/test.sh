@@ -8,4 +8,4 @@ install dev
 .venv/bin/ruff check .
 .venv/bin/ruff format --check .
 .venv/bin/mypy
-exec .venv/bin/pytest -n auto "$@"
+exec .venv/bin/pytest -n auto --dist worksteal "$@"

@@ -346,6 +346,7 @@ def test_a_choice_is_never_worse_than_the_simplest_rules(name: str, number: int)
     assert values[name] >= max(values.values()) - 1e-9
 
 
+@pytest.mark.slow
 def test_work_bounds_a_search_over_roads_flown_in_no_time() -> None:
     tiny = odd_net(0).replace(uav=Uav(0.0, 0.0, 0.0, 1e5))
     made = method_named("beam").load()(tiny, budget=BUDGET, rng=np.random.default_rng(1))
