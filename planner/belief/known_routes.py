@@ -1,17 +1,15 @@
 """Routes that a user knows, each with its probability."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_of_parts, freeze, rows_taken
+from planner.belief.route_edges import route_edges
 from planner.checked import offsets, weights
-from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import no_edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +37,8 @@ class KnownRoutes(Frozen):
             If an edge is not in the network, or leads nowhere where a route goes; the file's path
             stands in the text.
         """
-        routes = [_indices(names, network, path) for names in given]
+        remedy = "make the routes with duarouter on this net"
+        routes = [route_edges(names, network, where=str(path), remedy=remedy) for names in given]
         weight = np.array(list(given.values()))
         return cls(first_of_parts(routes), np.concatenate(routes), weight / weight.sum())
 
@@ -77,20 +76,3 @@ class KnownRoutes(Frozen):
         rows, first = rows_taken(np.append(0, np.cumsum(after - taken)), np.arange(len(taken)))
         shift = np.repeat(taken - first[:-1], after - taken)
         return first, self.edge[rows + shift]
-
-
-def _indices(names: Sequence[str], network: RoadNetwork, path: Path) -> Ints:
-    for name in names:
-        if name not in network.edge_index:
-            raise InputError(f"{path}: {name} {no_edge(name, network)}")
-    route = [network.edge_index[name] for name in names]
-    for before, after in pairwise(route):
-        ways = network.turns(before, back=True)
-        if after not in ways:
-            onward = ", ".join(network.edge_ids[way] for way in ways) or "nothing"
-            one, other = network.edge_ids[before], network.edge_ids[after]
-            raise InputError(
-                f"{path}: {one} does not lead to {other}, but to {onward}; make the routes with "
-                "duarouter on this net"
-            )
-    return np.array(route, dtype=np.int32)

@@ -1,20 +1,19 @@
 """One target on a given route, as in the paper's tests."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from numbers import Real
 
 import numpy as np
 
 from planner.belief.mixture import Belief, parts_of
 from planner.belief.particles import Particles
+from planner.belief.route_edges import route_edges
 from planner.belief.routes import Routes, Starts
 from planner.belief.sampling import Streams, particles_on
 from planner.checked import instance
 from planner.errors import InputError
 from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import no_edge
 from planner.scenario.values import FASTEST_MPS
 
 
@@ -45,7 +44,9 @@ def predefined(
     """
     instance("speed_mps", speed_mps, Real)
     instance("offset_m", offset_m, Real)
-    edges = _edges_of(network, route)
+    if not route:
+        raise InputError("route: is empty; name at least one edge")
+    edges = route_edges(route, network, where="route")
     length_m = network.edge_length_m[edges[0]]
     if not 0 <= offset_m <= length_m:
         raise InputError(
@@ -61,19 +62,3 @@ def predefined(
     routes = Routes(np.array([0, len(edges)]), np.array(edges), np.full(len(edges), speed_mps))
     streams = Streams.of(rng.spawn(1)[0])
     return particles_on(parts_of(prior)[0], network, start, routes, np.ones(1), streams)
-
-
-def _edges_of(network: RoadNetwork, route: Sequence[str]) -> list[int]:
-    if not route:
-        raise InputError("route: is empty; name at least one edge")
-    for name in route:
-        if name not in network.edge_index:
-            raise InputError(f"route: {name} {no_edge(name, network)}")
-    edges = [network.edge_index[name] for name in route]
-    for before, after in pairwise(edges):
-        ways = network.turns(before, back=True)
-        if after not in ways:
-            onward = ", ".join(network.edge_ids[way] for way in ways) or "nothing"
-            names = network.edge_ids[before], network.edge_ids[after]
-            raise InputError(f"route: {names[0]} does not lead to {names[1]}, but to {onward}")
-    return edges

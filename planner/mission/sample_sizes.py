@@ -3,8 +3,8 @@
 The numbers are looked up in a table, never taken from a clock: the same scenario has the same ones
 on any machine. Where SUMO's driver drives, each second of a target's motion costs eighty times what
 it costs at constant speed (`planner.futures.cost`), so there are fewer: in a town as many as make
-the 95 % interval of a plan's figure less than 4 % of it to either side (in `berlin`, 2,000 make
-4.0 %), and where these would take minutes, fewer still.
+the 95 % interval of a plan's figure less than 4 % of it to either side (in `berlin`, 2,100 make
+2.4 %), and where these would take minutes, fewer still.
 """
 
 import math
