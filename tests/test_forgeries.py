@@ -36,6 +36,9 @@ CHECKER = (
     "verify_files.py",
     "verify_flight.py",
     "verify_plan.py",
+    "verify_times.py",
+    "verify_sight.py",
+    "verify_bound.py",
 )
 PARQUET = ("motion.parquet", "weights.parquet", "prices.parquet")
 
