@@ -15,7 +15,16 @@ from planner.belief.recipe import Drawn
 from planner.belief.ways import quiet_streets
 from planner.futures import store
 from planner.futures.cutting import siblings_of
-from planner.futures.record import KNOT_EVERY_S, SESSION, How, record, session_of
+from planner.futures.futures import Futures
+from planner.futures.kept import Kept
+from planner.futures.record import (
+    KNOT_EVERY_S,
+    SESSION,
+    How,
+    record,
+    record_into,
+    session_of,
+)
 from planner.futures.rides import Ride, drive_session
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import in_processes
@@ -190,6 +199,29 @@ def test_what_cannot_be_cut_is_recorded_anew(
         found = files(made(other, network))
     assert lines_of(caplog) == told
     assert found == anew(other, network, tmp_path / "anew")
+
+
+@pytest.mark.parametrize("sampling", ["iid", "sobol"])
+def test_a_recording_grows_from_a_smaller_one(
+    sampling: str, empty_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = town()
+    drawn = recipe(network, 130, 300.0)  # two sessions, the first of which is parted
+    assert isinstance(drawn.prior, Prior)
+    parts = (replace(drawn.prior, stops=Stops(0.1, 0.6, 200.0)), drawn.prior)
+    large = replace(drawn, prior=Mixture(np.array([0.3, 0.7]), parts), sampling=sampling)
+    right = anew(large, network, tmp_path / "anew")
+    made(replace(large, count=40), network)
+    made(replace(large, count=20, horizon_s=600.0), network)  # not of the same time
+    driven: list[int] = []
+
+    def counting(kept: Kept, *rest: object) -> Futures:
+        driven.append(len(kept.missing))
+        return record_into(kept, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(store, "record_into", counting)
+    assert files(made(large, network)) == right
+    assert driven == [90]
 
 
 def test_speeds_drawn_by_road_are_cut_in_number_only(
