@@ -18,11 +18,11 @@ from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
 from planner.export.line import Line
-from planner.export.simplified import Clear, kept_knots
 from planner.export.stretches import Stretch, stretches
 from planner.export.way import Way
 from planner.flight.as_flown import Battery, line_flown
 from planner.flight.law import FlightLaw
+from planner.flight.simplified import Clear, kept_knots
 from planner.futures.futures import Futures
 from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork

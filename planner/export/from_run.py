@@ -12,11 +12,11 @@ from planner.export.directions import Direction, directions
 from planner.export.flight_file import Fix, FlightFile, Waypoint
 from planner.export.line import Line, line_of, simplified
 from planner.export.mavlink import Autopilot
-from planner.export.simplified import Clear
 from planner.export.way import Way
 from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, line_flown
 from planner.flight.law import Aircraft, FlightLaw, TimedFlight
+from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
@@ -24,7 +24,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
-from planner.scenario.sections import UavSection
+from planner.scenario.uav import UavSection
 
 MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
 PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
