@@ -237,6 +237,11 @@ class SearchSection(Section):
         description="true if the best plan may leave the roads, else false; left out: in towns "
         "it may, on abstract nets not",
     )
+    targets: Annotated[int, Field(ge=1)] | None = Field(
+        default=None,
+        description="on how many fresh targets a plan is evaluated, or leave it out: 4000, fewer "
+        "in towns",
+    )
     planning_time_s: Seconds = Field(
         default=0.0, description="the time charged for planning by simulation, as seconds or H:M:S"
     )
