@@ -75,6 +75,14 @@ def merged(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Ints:
     return np.asarray(kept[moves])
 
 
+def tight_corners(xy_m: Floats, law: FlightLaw) -> int:
+    """Return at how many corners of a line it would have to be slower than it can."""
+    steps = np.diff(xy_m, axis=0)
+    unit = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
+    cosines = np.sum(unit[1:] * unit[:-1], axis=1).tolist()
+    return sum(law.corner_speed_mps(one) < law.least_ground_mps for one in cosines)
+
+
 def _passes(turn: float, room_m: float, law: FlightLaw) -> bool:
     """Return whether it can fly past a corner, on an arc that begins no farther away than that."""
     half = abs(math.remainder(turn, 2.0 * math.pi)) / 2.0
