@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from math import hypot
+from typing import NamedTuple
 
 from planner.checked import number
 from planner.errors import InputError
@@ -20,6 +21,15 @@ class Waypoint:
     arrives_s: float  # seconds on the target's clock
     hold_s: float = 0.0  # seconds that it stays there
     street: str = ""  # along which it gets there; empty: across country
+
+
+class Fix(NamedTuple):
+    """Where the aircraft is at a time."""
+
+    time_s: float  # seconds on the target's clock
+    lat_deg: float  # WGS 84
+    lon_deg: float
+    height_m: float  # above where it takes off
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import InputError
-from planner.export.flight_file import FlightFile
+from planner.export.flight_file import Fix, FlightFile
 from planner.export.from_run import RunFlight
 from planner.export.mavlink import Autopilot, Frame, Ring, plan_file, waypoints_file
 from planner.export.tables import csv_table, fcd, geojson
@@ -29,7 +29,6 @@ ABOUT = "flight.txt"
 ARDUPILOT_ONLY = "waypoints"  # PX4 would take its first line for a waypoint at sea level
 MAPS: dict[str, Callable[[FlightFile], str]] = {
     "kml": kml,
-    "gpx": gpx,
     "geojson": geojson,
     "csv": csv_table,
 }
@@ -80,9 +79,25 @@ def _text(name: str, run: RunFlight, wanted: Wanted) -> str:
         )
     if name == "waypoints":
         return waypoints_file(run.flight, frame=wanted.frame)
+    if name == "gpx":
+        return gpx(run.flight, fixes(run))
     if name == "fcd":
         return fcd(run.flight, run.track)
     return MAPS[name](run.flight)
+
+
+def fixes(run: RunFlight, *, step_s: float = 1.0) -> list[Fix]:
+    """Return where the aircraft is at every step, from lift-off to the end of its flight."""
+    track, height_m = run.track, run.flight.height_m
+    first_s, last_s = float(track.time_s[0]), track.end_s
+    up_s, down_s = float(track.sensor_on[0, 0]), float(track.sensor_on[-1, 1])
+    times_s = np.unique([*np.arange(first_s, last_s, step_s), up_s, down_s, last_s])
+    lon_deg, lat_deg = lonlat(run.network, track.xy(times_s)).T
+    # It climbs above the first place and comes down at the last one, unless it does so at once.
+    profile = {first_s: 0.0, last_s: 0.0, up_s: height_m, down_s: height_m}
+    heights_m = np.interp(times_s, sorted(profile), [profile[one] for one in sorted(profile)])
+    columns = (times_s.tolist(), lat_deg.tolist(), lon_deg.tolist(), heights_m.tolist())
+    return [Fix(*row) for row in zip(*columns, strict=True)]
 
 
 def rings(run: RunFlight) -> tuple[list[Ring], list[Ring]]:

@@ -1,8 +1,9 @@
 """Flights for maps and handhelds: KML with times, and GPX."""
 
+from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from planner.export.flight_file import FlightFile, Waypoint
+from planner.export.flight_file import Fix, FlightFile, Waypoint
 from planner.messages import plain
 
 KML, GX = "http://www.opengis.net/kml/2.2", "http://www.google.com/kml/ext/2.2"
@@ -38,8 +39,14 @@ def kml(flight: FlightFile) -> str:
     return _written(root)
 
 
-def gpx(flight: FlightFile) -> str:
-    """Return a flight as GPX 1.1: a route for handhelds, and a track with all its times."""
+def gpx(flight: FlightFile, fixes: Sequence[Fix] | None = None) -> str:
+    """Return a flight as GPX 1.1: a route for handhelds, and a track with all its times.
+
+    Parameters
+    ----------
+    fixes
+        How it flies; None: evenly from waypoint to waypoint, at its height.
+    """
     root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "sumo-search-planner"})
     about = ET.SubElement(root, "metadata")
     _text(about, "name", flight.name)
@@ -48,15 +55,17 @@ def gpx(flight: FlightFile) -> str:
     route = ET.SubElement(root, "rte")
     _text(route, "name", flight.name)
     for number, one in enumerate(flight.waypoints):
-        point = _gpx_point(route, "rtept", flight, one, one.arrives_s)
+        point = _gpx_point(route, "rtept", flight, _fix(flight, one, one.arrives_s))
         _text(point, "name", str(number))
         if one.street:
             _text(point, "desc", one.street)
     track = ET.SubElement(root, "trk")
     _text(track, "name", f"{flight.name}, planned")
     segment = ET.SubElement(track, "trkseg")
-    for one, time_s in flight.stays:
-        _gpx_point(segment, "trkpt", flight, one, time_s)
+    if fixes is None:
+        fixes = [_fix(flight, one, time_s) for one, time_s in flight.stays]
+    for fix in fixes:
+        _gpx_point(segment, "trkpt", flight, fix)
     return _written(root)
 
 
@@ -89,12 +98,14 @@ def _placemark(parent: ET.Element, name: str, style: str | None = None) -> ET.El
     return place
 
 
-def _gpx_point(
-    parent: ET.Element, tag: str, flight: FlightFile, one: Waypoint, time_s: float
-) -> ET.Element:
-    point = ET.SubElement(parent, tag, lat=f"{one.lat_deg:.7f}", lon=f"{one.lon_deg:.7f}")
-    _text(point, "ele", f"{flight.height_m:.1f}")
-    moment = flight.utc(time_s)
+def _fix(flight: FlightFile, one: Waypoint, time_s: float) -> Fix:
+    return Fix(time_s, one.lat_deg, one.lon_deg, flight.height_m)
+
+
+def _gpx_point(parent: ET.Element, tag: str, flight: FlightFile, fix: Fix) -> ET.Element:
+    point = ET.SubElement(parent, tag, lat=f"{fix.lat_deg:.7f}", lon=f"{fix.lon_deg:.7f}")
+    _text(point, "ele", f"{fix.height_m:.1f}")
+    moment = flight.utc(fix.time_s)
     if moment is not None:
         _text(point, "time", moment)
     return point
