@@ -25,7 +25,7 @@ from planner.mission.run_folder import (
 from planner.report import debrief as told
 from planner.report import run_files, where
 from planner.scenario.aircraft_file import with_aircraft
-from planner.telemetry.flown import GAP_S, Flown, flown
+from planner.telemetry.flown import BREAK_S, Flown, flown
 from planner.telemetry.read import read_log
 
 FILES = (FLIGHTS, *where.FILES)
@@ -62,7 +62,7 @@ def _flight(arguments: argparse.Namespace, opened: OpenScenario, stored: StoredP
         uav=None if file is None else with_aircraft(opened.scenario.uav, file),
         take_off_s=arguments.takes_off_at,
         sensor_from_m=arguments.sensor_from,
-        gap_s=GAP_S if arguments.gap is None else arguments.gap,
+        break_s=BREAK_S if arguments.break_after is None else arguments.break_after,
     )
     network, log = opened.network, read_log(arguments.track)
     if arguments.origin is not None:

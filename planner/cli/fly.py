@@ -96,7 +96,7 @@ def _add_track(parser: argparse.ArgumentParser) -> None:
         "nearly uav.altitude_m)",
     )
     parser.add_argument(
-        "--gap",
+        "--break-after",
         type=span,
         metavar="S",
         help="with --track: between points farther apart in time nothing counts as seen "
@@ -173,7 +173,15 @@ def _debriefed(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_without_track(arguments: argparse.Namespace) -> None:
-    for name in ("takes_off_at", "sensor_from", "gap", "at", "aircraft", "origin", "output"):
+    for name in (
+        "takes_off_at",
+        "sensor_from",
+        "break_after",
+        "at",
+        "aircraft",
+        "origin",
+        "output",
+    ):
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: goes with --track; give both, or none")
 

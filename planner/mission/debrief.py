@@ -16,7 +16,7 @@ from planner.mission.fly import MissionRecord, fly
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.scenario.sections import UavSection
-from planner.telemetry.flown import GAP_S, Flown, Reading
+from planner.telemetry.flown import BREAK_S, Flown, Reading
 
 AT_HEIGHT = 0.95  # of the planned height: from there on it is at it, by instruments
 
@@ -28,7 +28,7 @@ class Wanted:
     uav: UavSection | None = None  # the aircraft that flew it
     take_off_s: float | None = None  # seconds on the target's clock
     sensor_from_m: float | None = None  # above the ground, from which height on the sensor counts
-    gap_s: float = GAP_S
+    break_s: float = BREAK_S
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +36,7 @@ class Debrief:
     """What a plan, and the flight that was made of it, achieve on the same fresh targets."""
 
     flight: Flown
+    planned_lift_off_s: float
     planned: Evaluation
     flown: MissionRecord
 
@@ -45,7 +46,7 @@ def debrief(flight: Flown, stored: StoredPlan, targets: Futures) -> Debrief:
     planned = evaluate(stored.plan.tracks, targets, stored.sensor, stored.objective)
     as_plan = Plan("flown", (flight.track,), ((),))
     record = fly(as_plan, targets, stored.sensor, stored.objective)
-    return Debrief(flight, planned, record)
+    return Debrief(flight, stored.plan.take_off_s, planned, record)
 
 
 def reading_of(opened: OpenScenario, stored: StoredPlan, wanted: Wanted) -> Reading:
@@ -59,7 +60,7 @@ def reading_of(opened: OpenScenario, stored: StoredPlan, wanted: Wanted) -> Read
         law=FlightLaw(uav.speed_mps) if aircraft is None else aircraft.law,
         lands=opened.return_to_m is not None,
         sensor_from_m=AT_HEIGHT * uav.altitude_m if from_m is None else from_m,
-        gap_s=wanted.gap_s,
+        break_s=wanted.break_s,
         take_off_s=wanted.take_off_s,
         sighted_at=opened.scenario.target.sighted_at,
     )

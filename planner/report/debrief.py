@@ -114,35 +114,33 @@ def _span(ends: Sequence[float], shown: Callable[[float, str], str], sign: str =
 
 
 def reading_lines(found: Debrief) -> list[str]:
-    """Return how the recording was read: its clock, its heights, its gaps."""
+    """Return how the recording was read: its clock, its heights, its breaks."""
     flight, reading = found.flight, found.flight.reading
     first_s, last_s = float(flight.track.time_s[0]), flight.track.end_s
     lines = [
-        f"{flight.points:,} points, {clock(first_s)} to {clock(last_s)} after the last sighting; "
-        f"lift-off at {clock(flight.lift_off_s)}",
+        f"{flight.points:,} points, from {clock(first_s)} to {clock(last_s)} after the last "
+        "sighting",
+        f"lift-off: at {clock(flight.lift_off_s)}, planned for {clock(found.planned_lift_off_s)}",
         _clock_line(flight),
         _height_line(flight),
     ]
-    if flight.gaps:
+    if flight.breaks:
         lines.append(
-            f"{counted(flight.gaps, 'gap')}, {clock(flight.unknown_s)} in all, where it is unknown "
-            "where it was: nothing is counted as seen there (new segments, more than "
-            f"{reading.gap_s:g} s between points, or a leap)"
+            f"{counted(flight.breaks, 'break')}, {clock(flight.unknown_s)} in all, over which "
+            "nobody knows where it was, so that nothing counts as seen: a new segment, a leap, or "
+            f"more than {reading.break_s:g} s between points (--break-after)"
         )
     return lines
 
 
 def _clock_line(flight: Flown) -> str:
     if flight.clock == "takes-off-at":
-        return f"clock: the lift-off is at {clock(flight.lift_off_s)}, as --takes-off-at says"
+        return "clock: the lift-off is when --takes-off-at says"
     if flight.clock == "utc":
         assert flight.reading.sighted_at is not None
         seen = flight.reading.sighted_at.isoformat()
-        return f"clock: its times of day (UTC), counted from target.sighted_at, {seen}"
-    return (
-        "clock: its own seconds, taken as those since the target was last seen; else give "
-        "--takes-off-at"
-    )
+        return f"clock: its times of day, from target.sighted_at on ({seen})"
+    return "clock: its own seconds, taken as those since the last sighting (--takes-off-at)"
 
 
 def _height_line(flight: Flown) -> str:
@@ -177,11 +175,12 @@ def as_dict(found: Debrief) -> dict[str, Any]:
         "heights": flight.heights,
         "points": flight.points,
         "lift_off_s": flight.lift_off_s,
+        "planned_lift_off_s": found.planned_lift_off_s,
         "begins_s": float(flight.track.time_s[0]),
         "ends_s": flight.track.end_s,
         "sensor_from_m": reading.sensor_from_m,
         "sensor_s": flight.sensor_s,
-        "gaps": flight.gaps,
+        "breaks": flight.breaks,
         "unknown_s": flight.unknown_s,
         "targets": len(found.planned.weight),
         "as_planned": figures(found.planned),

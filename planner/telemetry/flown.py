@@ -1,6 +1,6 @@
 """From a recording to the flight that detection sees: on the target's clock, and no better.
 
-What a recording does not say is not counted in its favour: across a gap, along a leap that no
+What a recording does not say is not counted in its favour: across a break, along a leap that no
 aircraft flies, and below the height from which the sensor counts, nothing is seen.
 """
 
@@ -20,7 +20,7 @@ from planner.telemetry.log import TrackLog
 from planner.telemetry.places import xy_of_log
 from planner.telemetry.waypoints import between
 
-GAP_S = 10.0  # between two points; beyond, where it has been is taken as unknown
+BREAK_S = 10.0  # between two points; beyond, where it has been is taken as unknown
 LIFTED_M = 0.3  # above the ground it is in the air
 LEAP_MPS, LEAP = 50.0, 2.0  # what is faster, and faster than so many times its speed, is no flight
 
@@ -36,7 +36,7 @@ class Reading:
     law: FlightLaw  # how the aircraft flies where the recording does not tell
     lands: bool = False  # whether it comes down at its end
     sensor_from_m: float = 0.0  # above the ground, from which height on the sensor counts
-    gap_s: float = GAP_S
+    break_s: float = BREAK_S
     take_off_s: float | None = None  # seconds on the target's clock; None: as the recording says
     sighted_at: datetime | None = None  # which moment time 0 is; None: nobody said
 
@@ -56,8 +56,8 @@ class Flown:
     heights: Literal["told", "never down", "none"]
     lift_off_s: float
     points: int
-    gaps: int
-    unknown_s: float  # how long the gaps are together
+    breaks: int
+    unknown_s: float  # how long the breaks are together
 
     @property
     def sensor_s(self) -> float:
@@ -101,8 +101,8 @@ def flown(log: TrackLog, network: RoadNetwork, reading: Reading) -> Flown:
         from_s, to_s = np.maximum(points.time_s[:-1], up_s), np.minimum(points.time_s[1:], down_s)
     lift_off_s = _lift_off_s(points, heights, reading)
     used, shift_s = _clock(log, reading, lift_off_s)
-    is_gap = _gaps(points, log.is_sampled, reading)
-    counted = ~is_gap & (from_s <= to_s)
+    is_break = _breaks(points, log.is_sampled, reading)
+    counted = ~is_break & (from_s <= to_s)
     track = Track(
         points.time_s + shift_s,
         points.xy_m[:, 0],
@@ -117,8 +117,8 @@ def flown(log: TrackLog, network: RoadNetwork, reading: Reading) -> Flown:
         heights=heights,
         lift_off_s=lift_off_s + shift_s,
         points=len(log),
-        gaps=int(is_gap.sum()),
-        unknown_s=float(np.diff(points.time_s)[is_gap].sum()),
+        breaks=int(is_break.sum()),
+        unknown_s=float(np.diff(points.time_s)[is_break].sum()),
     )
 
 
@@ -212,12 +212,12 @@ def _clock(log: TrackLog, reading: Reading, lift_off_s: float) -> tuple[Clock, f
     )
 
 
-def _gaps(points: _Points, is_sampled: bool, reading: Reading) -> Flags:
+def _breaks(points: _Points, is_sampled: bool, reading: Reading) -> Flags:
     """Return from which points to the next it is unknown where the aircraft was, (W - 1,)."""
     lasts_s = np.diff(points.time_s)
     length_m = np.hypot(*np.diff(points.xy_m, axis=0).T)
     leaps = length_m > lasts_s * max(LEAP_MPS, LEAP * reading.law.speed_mps)
-    longer = lasts_s > reading.gap_s if is_sampled else np.zeros(len(lasts_s), dtype=bool)
+    longer = lasts_s > reading.break_s if is_sampled else np.zeros(len(lasts_s), dtype=bool)
     return np.asarray(points.unknown | leaps | longer)
 
 

@@ -7,7 +7,7 @@ from planner.futures.fcd_formats import Rows, read_rows
 from planner.guard import kind_of_xml
 from planner.telemetry.autopilots import PLACES, read_autopilot
 from planner.telemetry.log import TrackLog, log_of
-from planner.telemetry.texts import header_of, read_csv, read_gpx
+from planner.telemetry.texts import first_line, read_csv, read_gpx
 
 KNOWN = "give GPX, CSV, SUMO's FCD, or an autopilot's .tlog or .bin"
 
@@ -27,7 +27,7 @@ def read_log(path: Path) -> TrackLog:
     if suffix in PLACES:
         return read_autopilot(path)
     if suffix == ".csv":
-        is_fcd = "timestep_time" in header_of(path)
+        is_fcd = "timestep_time" in first_line(path)
         return _of_fcd(path, read_rows(path)) if is_fcd else read_csv(path)
     if suffix == ".parquet":
         return _of_fcd(path, read_rows(path))

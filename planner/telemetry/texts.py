@@ -110,8 +110,8 @@ def read_csv(path: Path) -> TrackLog:
     return log_of(path, "line", rows, is_sampled="hold_s" not in column)
 
 
-def header_of(path: Path) -> list[str]:
-    """Return the names in the first line of a table, as they are written.
+def first_line(path: Path) -> str:
+    """Return how a text begins.
 
     Raises
     ------
@@ -119,8 +119,7 @@ def header_of(path: Path) -> list[str]:
         If it cannot be read.
     """
     with unpacked(path, LARGEST) as file:
-        first = file.readline(LONGEST_LINE).decode("utf-8", "replace")
-    return next(csv.reader([first.replace("\0", "")], delimiter=_separator(first)), [])
+        return file.readline(LONGEST_LINE).decode("utf-8", "replace")
 
 
 def _separator(text: str) -> str:

@@ -78,7 +78,7 @@ def test_an_exported_flight_read_back_has_its_figures(
     assert told["targets"] == stored["targets"]
     assert told["clock"] == ("seconds" if "fcd" in name else "utc")
     assert told["lift_off_s"] == pytest.approx(0.0, abs=1.5)
-    assert told["gaps"] == 0
+    assert told["breaks"] == 0
     by = {row["by_s"]: row for row in told["beside"]}
     assert {300.0, 600.0, 1200.0, 1800.0} <= set(by)
     for row in by.values():
@@ -87,7 +87,9 @@ def test_an_exported_flight_read_back_has_its_figures(
         assert row["flown_minus_planned"] == pytest.approx(row["flown"] - row["planned"])
 
 
-def test_a_flight_that_is_late_and_has_a_gap(run: Commands, town_run: Path, tmp_path: Path) -> None:
+def test_a_flight_that_is_late_and_has_a_break(
+    run: Commands, town_run: Path, tmp_path: Path
+) -> None:
     points = [
         Point(float(row["time_s"]), float(row["lat"]), float(row["lon"]), float(row["height_m"]))
         for row in rows(town_run / "flight" / "flight.csv")
@@ -101,7 +103,11 @@ def test_a_flight_that_is_late_and_has_a_gap(run: Commands, town_run: Path, tmp_
     said = run("fly", town_run, "--track", tmp_path / "late.gpx", "-o", out)
     assert said.code == 0, said.err
     assert {path.name for path in out.iterdir()} == {"flights.csv", "where.csv", "where.png"}
-    for words in ("1 gap, 0:02:02 in all", "clock: its times of day (UTC)", "flown minus"):
+    for words in (
+        "1 break, 0:02:02 in all",
+        "clock: its times of day, from target.sighted_at on (2026",
+        "flown minus",
+    ):
         assert words in said.out
     assert "it can still be here" in " ".join(said.out.split())
     assert f"written to {out}" in " ".join(said.out.split())
@@ -130,7 +136,7 @@ def test_what_is_left_is_what_it_has_not_seen(run: Commands, town_run: Path) -> 
 
 
 def test_options_that_do_not_go_together(run: Commands, town_run: Path, tmp_path: Path) -> None:
-    refused(run("fly", town_run, "--gap", "5"), "--gap: goes with --track")
+    refused(run("fly", town_run, "--break-after", "5"), "--break-after: goes with --track")
     refused(run("fly", town_run, "-o", tmp_path), "--output: goes with --track")
     one = ("--route", "a", "--target-speed", "3")
     refused(run("fly", town_run, "--track", "x.gpx", *one), "leave --route out")

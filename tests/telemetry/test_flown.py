@@ -110,12 +110,12 @@ def test_without_heights_it_climbs_and_comes_down_as_planned() -> None:
 # What is unknown
 
 
-def test_across_gaps_leaps_and_segments_nothing_is_seen() -> None:
+def test_across_breaks_leaps_and_segments_nothing_is_seen() -> None:
     up = {"height_m": [0.0, *[50.0] * 9], "time_s": [0, 1, 2, 3, 20, 21, 22, 23, 24, 25]}
     found = read(log(**up), sensor_from_m=40.0)
     assert spans(found) == [[0.8, 3.0], [20.0, 25.0]]
-    assert (found.gaps, found.unknown_s) == (1, 17.0)
-    assert read(log(**up), sensor_from_m=40.0, gap_s=17.0).gaps == 0
+    assert (found.breaks, found.unknown_s) == (1, 17.0)
+    assert read(log(**up), sensor_from_m=40.0, break_s=17.0).breaks == 0
 
     parts = [True, *[False] * 6, True, False, False]
     assert spans(read(log(**up, begins=parts), sensor_from_m=40.0)) == [
@@ -167,7 +167,7 @@ def test_a_table_of_waypoints_is_flown_by_the_law_at_its_times() -> None:
         hold_s=[np.nan, 20.0, 0.0], is_sampled=False,
     )  # fmt: skip
     found = read(points, law=law)
-    assert found.gaps == 0
+    assert found.breaks == 0
     for time_s, place in ((0.0, (0, 0)), (15.0, (100, 0)), (30.0, (200, 0)), (50.0, (200, 0))):
         assert np.allclose(found.track.xy(time_s), place, atol=0.3)
     assert found.track.xy(5.0)[0] < 20.0  # it speeds up: even motion would be at 33 m

@@ -102,6 +102,7 @@ FAULTS = {
     "head.csv": ("a,b\n1,2\n", "line 1: names no column with the place"),
     "when.csv": ("lat,lon\n1,2\n", "line 1: names no column with the time"),
     "twice.csv": ("t,lat,lat,lon\n1,2,2,3\n", "column 'lat' stands in it twice"),
+    "mac.csv": ("t,x\ry,y\n1,2,3\n", "line 1: names no column with the place"),
     "nothing.csv": ("", "line 1: names no column"),
     "huge.csv": ("t,x,y\n" + "1" * 200_000 + ",1,1\n", "line 2: is no CSV"),
     "other.kml": ("<kml/>", "is no recorded flight that is known here; give GPX"),
