@@ -15,9 +15,9 @@ from pymavlink import mavwp
 
 from planner.cli import main
 from planner.export.formats import ABOUT, FILES
-from planner.mission.opening import open_scenario
 from planner.network.sumo import sumo_home
 from support.command_line import TOWN, Commands, Said
+from support.town_on_earth import CREDIT, on_earth
 
 SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "30")
 REAL = {
@@ -31,9 +31,6 @@ REAL = {
 }
 SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
 SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=60")
-UTM = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
-OFFSET_M = (-294_000.0, -5_498_000.0)
-CREDIT = "© who -- drew it"
 ORIGIN = ("--origin", "49.6,6.1")
 
 
@@ -53,22 +50,6 @@ def town_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def planned(run: Commands, folder: Path, scenario: object, *options: str) -> Path:
     said = run("plan", scenario, *SMALL, *options, "-o", folder)
     assert said.code == 0, said.err
-    return folder
-
-
-def on_earth(folder: Path) -> Path:
-    """The town's scenario on a net that says where it lies, and whose it is."""
-    net = open_scenario(TOWN).network.path.read_text()
-    east, north = OFFSET_M
-    net = net.replace('projParameter="!"', UTM)
-    net = net.replace('netOffset="0.00,0.00"', f'netOffset="{east:.2f},{north:.2f}"')
-    assert UTM in net
-    (folder / "town.net.xml").write_text(net)
-    text = (Path(TOWN) / "scenario.toml").read_text()
-    text = text.replace('nodes = "town.nod.xml"\nedges = "town.edg.xml"', 'net = "town.net.xml"')
-    text = text.replace("exits", f'attribution = "{CREDIT}"\nexits')
-    text = text.replace("[target]", '[target]\nsighted_at = "2026-05-01T14:05:00+02:00"')
-    (folder / "scenario.toml").write_text(text)
     return folder
 
 
