@@ -230,8 +230,8 @@ def _real(uav: UavSection) -> Aircraft:
     if aircraft is None:
         raise InputError(
             "uav: the plan is for an ideal aircraft, which no real one keeps up with; plan with "
-            "uav.acceleration_mps2, corner_m, climb_mps and descend_mps, or have it timed anew "
-            "for one of them: --aircraft multicopter, or a file"
+            "--set uav.aircraft=multicopter, or have it timed anew: --aircraft multicopter, or a "
+            "file"
         )
     if uav.altitude_m <= 0.0:
         raise InputError("uav.altitude_m: is 0, on the ground; give the height to fly at")
