@@ -200,6 +200,8 @@ def _parameters(run: RunFlight, wanted: Wanted) -> list[str]:
     """Return a line for each parameter; what the aircraft does at once has none."""
     who = "PX4" if wanted.autopilot == "px4" else "ArduPilot"
     lines = [one.line for one in parameters(run.aircraft.law, wanted.autopilot)]
+    if not lines:
+        return ["Which parameters of an aircraft on wings the times rest on is not known."]
     note = lean_note(run.aircraft.law)
     return [
         f"The times rest on these parameters of {who}; set them:",

@@ -128,6 +128,11 @@ def hand_flight(
         As `run_flight`, or if no street can be flown along.
     """
     setting = _Setting.of(opened, stored, uav, origin)
+    if not setting.law.can_hover:
+        raise InputError(
+            "--by-hand: a pilot with a stick comes to rest to turn, and this aircraft cannot hover "
+            "(uav.hover); leave it out"
+        )
     pilot = Pilot(setting.law, setting.battery, setting.up_s, setting.clear)
     way = by_hand(_planned(opened, stored), hand.legs, pilot, hand.judge, setting.network)
     track, times = setting.flown(way)

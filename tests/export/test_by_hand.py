@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.street_names import street_names
+from planner.scenario.aircraft_file import with_aircraft
 
 LAW = FlightLaw(
     15.0, acceleration_mps2=1.4, corner_m=2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=100.0
@@ -147,6 +149,17 @@ def test_what_cannot_be_flown_is_refused(berlin: OpenScenario, on_street: np.nda
     nowhere = replace(pilot, clear=lambda *_: False)
     with pytest.raises(InputError, match="--by-hand 9"):
         by_hand(a_plan(on_street), 9, nowhere, judge(on_street), berlin.network)
+
+
+def test_an_aircraft_on_wings_is_not_flown_so(
+    berlin: OpenScenario, on_street: np.ndarray, flown: RunFlight
+) -> None:
+    asked = judge(on_street)
+    plan = Plan("flown", (flown.track,), ((),))
+    stored = StoredPlan(plan, asked.sensor, asked.objective, {})
+    wings = with_aircraft(berlin.scenario.uav, Path("fixed-wing"))
+    with pytest.raises(InputError, match=r"--by-hand: .* cannot hover"):
+        hand_flight(berlin, stored, Hand(3, asked), uav=wings)
 
 
 def test_stretches_lead_along_one_street_from_crossing_to_crossing(berlin: OpenScenario) -> None:
