@@ -41,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.nets import opened_net
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
+    from planner.report.real_flight import aircraft_line
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -54,6 +55,8 @@ def run(arguments: argparse.Namespace) -> int:
         "remarks": odd,
     }
     told = [f"- {line}" for line in odd] or ["nothing is odd about it"]
+    if opened is not None and opened.scenario.uav.is_real:
+        told.append(aircraft_line(opened.scenario.uav))
     print_result(arguments, summary, [_table(network, found, cost), *told])
     return 0
 

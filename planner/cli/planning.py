@@ -26,6 +26,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
@@ -37,13 +38,13 @@ from planner.messages import counted
 from planner.mission import certificate_file, run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
-from planner.mission.plan_file import plan_content
+from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.recorder import budget_of, problem_of
 from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
 from planner.provenance import provenance
-from planner.report import run_files, sentences, tables
+from planner.report import real_flight, run_files, sentences, tables
 from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
@@ -80,6 +81,7 @@ class _Found(_Planned):
     trial: Trial = field(kw_only=True)
     prospects: Prospects = field(kw_only=True)  # of any flight, on the same fresh targets
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
+    timing: tuple[Mistimed, ...] = field(kw_only=True)  # flown otherwise; () for the ideal aircraft
 
     @property
     def row(self) -> tables.MethodRow:
@@ -174,11 +176,14 @@ def _evaluated(
 
         fresh = evaluation_recorded(arguments, opened, begins=preview, note=so_far)
     problem = planned.problem
+    judged = (fresh.futures, problem.sensor, problem.objective)
+    is_real = problem.uav.aircraft is not None
     return _Found(
         **vars(planned),
         trial=attempt.met(fresh.futures),
         prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
         fresh=targets.are,
+        timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
 
 
@@ -249,6 +254,10 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row)
+    if found.timing:
+        yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
+        yield real_flight.corners_line(trial.plan)
+        yield real_flight.aircraft_line(opened.scenario.uav)
     yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
@@ -295,7 +304,7 @@ class _Watch:
 
 
 def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
-    return plan_content(
+    content = plan_content(
         found.trial.plan,
         found.problem,
         planned=found.trial.planned,
@@ -303,6 +312,9 @@ def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
         seed=opened.scenario.search.seed,
         sighted_at=opened.scenario.target.sighted_at,
     )
+    if found.timing:
+        content["evaluated"]["timing"] = timing_content(found.timing)
+    return content
 
 
 def _planning_record(trial: Trial) -> dict[str, Any]:

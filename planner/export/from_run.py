@@ -20,6 +20,7 @@ from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
+from planner.mission.areas import link_of, within_link
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.georeference import is_georeferenced, lonlat
@@ -143,7 +144,7 @@ class _Setting:
     aircraft: Aircraft
     battery: Battery
     up_s: float  # when it is at its height
-    clear: Clear | None
+    airspace: Airspace | None
 
     @classmethod
     def of(
@@ -156,8 +157,12 @@ class _Setting:
             aircraft,
             _battery(uav, aircraft, opened),
             stored.plan.take_off_s + aircraft.law.climb_s,
-            None if opened.airspace is None else _clear(opened.airspace),
+            within_link(opened.airspace, link_of(uav, network)),
         )
+
+    @property
+    def clear(self) -> Clear | None:
+        return None if self.airspace is None else _clear(self.airspace)
 
     @property
     def law(self) -> FlightLaw:
@@ -180,7 +185,7 @@ class _Setting:
             battery=self.battery,
             track=track,
             network=self.network,
-            airspace=opened.airspace,
+            airspace=self.airspace,
             ended_s=None,
         )
 

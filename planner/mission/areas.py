@@ -50,6 +50,13 @@ def link_of(uav: UavSection, network: RoadNetwork) -> Area | None:
     return shapely.Point(start_xy(uav.start, network)).buffer(uav.link_m)
 
 
+def within_link(airspace: Airspace | None, link: Area | None) -> Airspace | None:
+    """Return an airspace for a UAV whose radio reaches elsewhere; None: everywhere."""
+    if airspace is None:
+        return None if link is None else Airspace(link=link)
+    return Airspace(airspace.no_fly, airspace.fence, airspace.within, link)
+
+
 def place_faults(
     airspace: Airspace, network: RoadNetwork, start: Point, home: Point | None
 ) -> Iterator[Fault]:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -110,6 +111,38 @@ def test_another_aircraft_is_home_in_time(tmp_path_factory: pytest.TempPathFacto
     assert (places(run)[-1] == opened.uav_xy_m).all()
     assert any("before the end of the plan" in line for line in remarks(run))
     assert told(run) == []
+
+
+WINGS = (
+    "uav.hover=false",
+    "uav.speed_mps=14",
+    "uav.min_speed_mps=12",
+    "uav.acceleration_mps2=5",
+    "uav.corner_m=20",
+)
+
+
+def test_an_aircraft_that_cannot_hover_flies_its_own_plan_and_no_other() -> None:
+    opened, plan = town(*WINGS)
+    run = run_flight(opened, plan, origin=ORIGIN)
+    assert told(run) == []
+    assert not any(one.hold_s for one in run.flight.waypoints)
+    assert run.lasts_s <= 1201.0
+    opened, plan = town()
+    wings = with_aircraft(opened.scenario.uav, Path("fixed-wing"))
+    (fault,) = told(run_flight(opened, plan, uav=wings, origin=ORIGIN))
+    assert "too tight for an aircraft that cannot hover" in fault
+
+
+def test_another_aircraft_whose_radio_reaches_less_far(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    opened, plan = town()
+    file = tmp_path_factory.mktemp("aircraft") / "weak.toml"
+    file.write_text("[uav]\nlink_m = 600\n")
+    run = run_flight(opened, plan, uav=with_aircraft(opened.scenario.uav, file), origin=ORIGIN)
+    (fault,) = told(run)
+    assert "farther from its start than uav.link_m" in fault
 
 
 def test_waiting_over_the_launch_is_a_waypoint_with_a_hold() -> None:
@@ -229,8 +262,6 @@ def test_faults_of_an_aircraft_s_file(
 
 
 def test_aircraft_come_with_the_package(tmp_path_factory: pytest.TempPathFactory) -> None:
-    from pathlib import Path
-
     uav = with_aircraft(open_scenario(TOWN).scenario.uav, Path("multicopter"))
     assert (uav.speed_mps, uav.acceleration_mps2, uav.kept_s) == (15.0, 1.4, 300.0)
     with pytest.raises(InputError, match="did you mean multicopter"):
