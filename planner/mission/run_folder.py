@@ -20,6 +20,10 @@ PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
 # Keys of the record, if the plan is for --futures: the file, and its time that is time 0.
 OWN_FUTURES, OWN_BEGIN = "futures_path", "futures_begin_s"
+OTHER_TARGETS = (
+    "these targets are drawn from the scenario's belief; the plan was made on --futures, "
+    "which may differ"
+)
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
 
 

@@ -11,8 +11,9 @@ import shapely
 
 from planner.errors import InputError, ScenarioError
 from planner.export.checks import faults, remarks
+from planner.export.flight_file import FlightFile
 from planner.export.formats import Wanted, rings
-from planner.export.from_run import RunFlight, placed, run_flight
+from planner.export.from_run import RunFlight, line_alone, placed, run_flight
 from planner.flight.airspace import Airspace
 from planner.flight.law import timed
 from planner.flight.plan import Plan
@@ -155,8 +156,28 @@ def test_waiting_over_the_launch_is_a_waypoint_with_a_hold() -> None:
     first, held, last = run.flight.waypoints
     assert (first.hold_s, last.hold_s) == (0.0, 0.0)
     assert held.hold_s > 900.0
+    alone = line_alone(run)
+    assert alone is not None
+    assert alone.end_s < run.track.end_s - 900.0
     assert last.arrives_s == held.arrives_s + held.hold_s
     assert run.lasts_s <= 1201.0
+
+
+def test_apps_that_fly_the_line_hold_nowhere() -> None:
+    run = written()
+    assert line_alone(replace(run, flight=_held(run, 0.0))) is None
+    held = _held(run, 90.0)
+    alone = line_alone(replace(run, flight=held))
+    assert alone is not None
+    assert alone.end_s <= run.track.end_s + 1e-6
+    places = [alone.xy(alone.time_s[k]) for k in (0, -1)]
+    assert np.allclose(places, [(held.waypoints[k].x_m, held.waypoints[k].y_m) for k in (0, -1)])
+
+
+def _held(run: RunFlight, hold_s: float) -> FlightFile:
+    held = [replace(one, hold_s=0.0) for one in run.flight.waypoints]
+    held[2] = replace(held[2], hold_s=hold_s)
+    return replace(run.flight, waypoints=tuple(held))
 
 
 def test_the_ideal_aircraft_is_refused_in_one_line() -> None:
