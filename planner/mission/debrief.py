@@ -15,7 +15,7 @@ from planner.mission.aircraft import aircraft_of
 from planner.mission.fly import MissionRecord, fly
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
-from planner.scenario.sections import UavSection
+from planner.scenario.uav import UavSection
 from planner.telemetry.flown import BREAK_S, Flown, Reading
 
 AT_HEIGHT = 0.95  # of the planned height: from there on it is at it, by instruments

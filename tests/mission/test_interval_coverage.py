@@ -11,7 +11,7 @@ from planner.search.problem import Budget
 from planner.streams import stream
 from support.grid_instance import grid_futures, grid_problem
 
-SEEDS, PARTICLES, FRESH, MANY, SIZE = 200, 40, 400, 100_000, 3
+SEEDS, PARTICLES, FRESH, MANY, SIZE = 200, 40, 400, 30_000, 3
 
 
 def plans() -> Iterator[tuple[float, Evaluation, Evaluation]]:
