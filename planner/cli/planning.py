@@ -248,7 +248,7 @@ def _blocks(
     trial, certificate = found.trial, found.certificate
     if not shown:
         yield flight_table(trial.plan, opened)
-    yield tables.plan_table(found.row)
+    yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
     yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
