@@ -16,6 +16,7 @@ from planner.flight.track import Track
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
 from planner.network.road_network import RoadNetwork
+from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
 from planner.report.figure import axes_at, new_figure
 from planner.report.formats import length
@@ -137,10 +138,12 @@ def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, unti
     flight = draw_search(axes, problem, plan, until_s, view)
     finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 9)
     draw_finds(axes, view, finds)
+    draw_airspace(axes, view, problem.airspace)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)
     view.frame(axes, numbered=True)
     list_finds(axes, view, finds, flight)
+    tell_airspace(axes, problem.airspace)
     key = "coloured by time as under the curves; numbers: the first places of likely finds"
     axes.set_title(f"{_flight_note(problem, view)}\n{key}", loc="left")
     return view
@@ -160,11 +163,13 @@ def _draw_plan(
     middle_s = np.array([p.start_s + p.end_s for p in flight]) / 2
     colours = time_colours(middle_s, problem, plan, until_s)
     draw_net(axes, problem.network, view, width=1.4)
+    draw_airspace(axes, view, problem.airspace)
     draw_flight(axes, view, flight, colours)
     numbered = draw_order(axes, view, flight, colours)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)
     view.frame(axes, numbered=True)
+    tell_airspace(axes, problem.airspace)
     note = _flight_note(problem, view) + ("" if numbered else " numbers where there is room;")
     more = any(until_s <= piece.start_s < problem.horizon_s for piece in parts)
     axes.set_title(f"{note}\n{_key(plan, until_s if more else None)}", loc="left")
@@ -177,6 +182,7 @@ def _draw_moment(
     """Draw where the targets and the UAV are at a time; return which share is found by then."""
     futures = problem.futures
     draw_net(axes, problem.network, view, width=0.7)
+    draw_airspace(axes, view, problem.airspace)
     xy_m, found = futures.positions(time_s), seen_at <= time_s
     for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
         weight = futures.weight[which] / max(float(futures.weight[which].sum()), 1e-300)
