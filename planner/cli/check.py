@@ -41,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.nets import opened_net
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
+    from planner.report.formats import listed
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -53,8 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
         "cost": {"recording": cost.recording._asdict(), "plan": cost.plan._asdict()},
         "remarks": odd,
     }
-    told = [f"- {line}" for line in odd] or ["nothing is odd about it"]
-    print_result(arguments, summary, [_table(network, found, cost), *told])
+    told = listed(odd) if odd else "nothing is odd about it"
+    print_result(arguments, summary, [_table(network, found, cost), told])
     return 0
 
 

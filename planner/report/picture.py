@@ -31,7 +31,14 @@ from planner.report.maps import (
     draw_targets,
     time_colours,
 )
-from planner.report.town_map import draw_finds, draw_search, finds_of, list_finds, view_of_search
+from planner.report.town_map import (
+    draw_finds,
+    draw_search,
+    finds_of,
+    list_finds,
+    view_of_search,
+    view_of_state,
+)
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -81,7 +88,8 @@ def plan_picture(
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
             left = left_unseen(problem.futures, seen_at, time_s)
-            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=9.0, pad=3.5)
+            size = 8.0 if in_town else 9.0  # there are more words above wider maps
+            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=size, pad=3.5)
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
         if in_town and problem.futures.gone.any():
             note += "\ngone: has left the map, not found"
@@ -102,7 +110,7 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
     np.add.at(probability, roads, state.weight[known])
     with new_figure(path, (7.6, 6.9), title, network.attribution) as figure:
         axes = axes_at(figure, 0.65, 0.6, 5.45, 5.45)
-        view = View.of(network)
+        view = view_of_state(network, state)
         _colour_roads(axes, network, view, probability, axes_at(figure, 6.4, 1.3, 0.16, 4.0))
         draw_targets(axes, view, state.xy_m, state.weight, colour="black", points=200.0)
         view.frame(axes, numbered=True)
