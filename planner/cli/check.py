@@ -42,6 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
     from planner.report.real_flight import aircraft_line
+    from planner.report.formats import listed
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -58,6 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     if opened is not None and opened.scenario.uav.is_real:
         told.append(aircraft_line(opened.scenario.uav))
     print_result(arguments, summary, [_table(network, found, cost), *told])
+    told = listed(odd) if odd else "nothing is odd about it"
+    print_result(arguments, summary, [_table(network, found, cost), told])
     return 0
 
 

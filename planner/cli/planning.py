@@ -258,6 +258,7 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
+    yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
     yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
