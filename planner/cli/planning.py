@@ -282,7 +282,7 @@ def _blocks(
     if arguments.output:
         yield f"written to {arguments.output}"
     else:
-        yield "not saved; add -o DIR for plan.json, a picture, and what sumo-gui shows"
+        yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
 
 def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:

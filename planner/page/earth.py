@@ -118,10 +118,9 @@ def _grid(network: RoadNetwork, view: Box) -> dict[str, Any] | None:
             lines.append(
                 {"axis": axis, "km": f"{metres / 1000:.10g}", "xy": xy_m.round(1).tolist()}
             )
-    middle_m = utm.metres(np.array([[lon_deg, lat_deg]]))[0]
     return {
         "zone": f"{zone}{band(lat_deg)}",
-        "square": mgrs_square(zone, float(middle_m[0]), float(middle_m[1])),
+        "squares": "/".join(dict.fromkeys(mgrs_square(zone, *m) for m in corners_m.tolist())),
         "step_m": step_m,
         "lines": lines,
     }

@@ -130,7 +130,7 @@ function drawGrid(c) {
     }
   }
   c.textAlign = "right";
-  const said = `UTM ${grid.zone}, MGRS ${grid.zone} ${grid.square}, WGS 84; a line every ${metres(grid.step_m)}, in km`;
+  const said = `UTM ${grid.zone}, MGRS ${grid.zone} ${grid.squares}, WGS 84; a line every ${metres(grid.step_m)}, in km`;
   const wide = c.measureText(said).width + 12 * r;
   c.save();
   c.fillStyle = colours.bg;
