@@ -19,7 +19,7 @@ from planner.page.earth import Box
 from planner.page.frame import Frame, packed
 
 LABELS = 300  # names of streets, at most
-EDGE = 0.02  # of the knots, left out on each side of what is shown first
+EDGE = 0.1  # of the knots, left out on each side of what is shown first
 ROOM = 0.04  # of its size, left around it
 
 

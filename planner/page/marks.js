@@ -70,7 +70,7 @@ function drawFlight(uav, s) {
   const here = droneAt(way, s), soon = droneAt(way, s + D.soon_s), at = (row) => [row[1], row[2]];
   pen.strokeStyle = pen.fillStyle = colours.uav;
   pen.lineCap = "butt";
-  drawWay([soon, ...way.slice(soon[2] + 1).map(at)], 1.3, 0.45, []);
+  drawWay([soon, ...way.slice(soon[2] + 1).map(at)], 1.3, 0.55, []);
   if (s < way[way.length - 1][0]) drawWay([here, ...way.slice(here[2] + 1, soon[2] + 1).map(at), soon], 3, 1, [3, 3]);
   pen.lineCap = "round";
   if (s > way[0][0]) drawWay([...way.slice(0, here[2] + 1).map(at), here], 3, 1, []);

@@ -15,7 +15,8 @@ from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase, street_names
 
-HOVERS, HOME, ONWARD = "hover", "to the landing place", "straight on"
+HOVERS, HOME = "hover", "to the landing place"
+UNNAMED, ACROSS = "unnamed road", "across country"
 MOMENT_S = 0.5  # what is shorter is no leg
 
 
@@ -91,23 +92,23 @@ def _streets(from_m: Floats, to_m: Floats, network: RoadNetwork, radius_m: float
     first = np.arange(many + 1) * 2
     ways = Lines(first, np.stack([from_m, to_m], axis=1).reshape(-1, 2))
     ends = Lines(first, np.repeat(to_m, 2, axis=0))
-    called = [
-        name or id_ for name, id_ in zip(street_names(network).road, network.road_ids, strict=True)
-    ]
+    called = network.road_ids if network.is_abstract else street_names(network).road
     roads = network.road_lines
     along = nearest_road(roads, ways)
     near = roads.off(along, from_m, to_m) <= radius_m
     return [
-        called[way] if is_near else f"across to {called[end]}"
+        called[way] or UNNAMED
+        if is_near
+        else (f"across to {called[end]}" if called[end] else ACROSS)
         for way, end, is_near in zip(along, nearest_road(roads, ends), near, strict=True)
     ]
 
 
 def _joined(rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield rows, those one after the other with the same name as one."""
+    """Yield rows, those one after the other along the same street as one."""
     last: Row | None = None
     for row in rows:
-        if last is not None and row.name == last.name != HOVERS:
+        if last is not None and row.name == last.name not in (HOVERS, UNNAMED, ACROSS):
             together_m = last.length_m + row.length_m
             last = replace(last, end_s=row.end_s, length_m=together_m, bearing_deg=None)
             continue

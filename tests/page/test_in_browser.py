@@ -95,6 +95,10 @@ def test_keys_and_clicks_move_it(browser: Browser, file: Path, run: Shown) -> No
     browser.press(" ")
     assert browser.script("return document.getElementById('play').ariaLabel") == "Pause"
     browser.press(" ")
+    browser.script("document.getElementById('map').focus()")
+    browser.press("Enter")
+    assert not browser.script("return document.getElementById('call').hidden")
+    browser.press("Escape")
     for key in ("+", "-", "w", "a", "s", "d", "0", "g", "[", "]"):
         browser.press(key)
     assert browser.complaints() == []
