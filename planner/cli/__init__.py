@@ -48,6 +48,7 @@ COMMANDS = (
     ("build", "build a scenario's road network with netconvert"),
     ("check", "measure a net, tell what work on it costs and what is odd"),
     ("futures", "simulate the particles in SUMO and record their futures"),
+    ("new", "write a call in words as a scenario file, and plan nothing"),
     ("where", "show where the target may be at a given time"),
     ("plan", "plan a search and evaluate it on fresh targets"),
     ("fly", "fly a plan against true targets"),

@@ -13,14 +13,20 @@ FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of mor
 ROUNDING_S = 1.0  # by which whole seconds of hovering may make a flight longer
 
 
-def faults(run: RunFlight, *, most_waypoints: int) -> Iterator[str]:
-    """Yield what is wrong with a flight, and the remedy."""
+def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
+    """Yield what is wrong with a flight, and the remedy.
+
+    Parameters
+    ----------
+    most_waypoints
+        That the autopilot takes; None: it is written in parts.
+    """
     yield from _aircraft(run)
     many = len(run.flight.waypoints)
-    if many > most_waypoints:
+    if most_waypoints is not None and many > most_waypoints:
         yield (
             f"{many:,} waypoints are more than --max-waypoints {most_waypoints:,}; give a larger "
-            "--tolerance, or raise it"
+            "--tolerance, raise it, or have them in several files: --split"
         )
     yield from _pieces(run)
     if run.airspace is not None:
@@ -31,7 +37,7 @@ def faults(run: RunFlight, *, most_waypoints: int) -> Iterator[str]:
     yield from _battery(run)
     home, first = run.flight.waypoints[:2]
     away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
-    if away_m > FAR_M:
+    if away_m > FAR_M and not run.by_hand:
         yield (
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"

@@ -15,6 +15,7 @@ from planner.flight.airspace import Airspace
 from planner.flight.law import FlightLaw, TimedFlight, timed
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
 from planner.flight.track import Track
+from planner.flight.turning import LONGEST_TURN, Turned, merged, turned
 from planner.flight.ways import Point
 
 OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
@@ -46,9 +47,13 @@ class Battery:
         away_m, corners = self._away(xy_m)
         speed = law.speed_mps - self.headwind_mps
         flies_s = away_m / speed if speed > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
-        turns_s = TURNS * law.speed_mps / law.acceleration_mps2
-        stops_s = corners * (law.speed_mps / law.acceleration_mps2)
-        return np.asarray(flies_s + np.where(away_m > 0.0, turns_s, 0.0) + law.descend_s + stops_s)
+        stop_s = law.speed_mps / law.acceleration_mps2
+        turns_s, corner_s = TURNS * stop_s, stop_s
+        if not law.can_hover and speed > 0.0:
+            corner_s += LONGEST_TURN * law.turn_radius_m / speed
+            turns_s = corner_s
+        away_s = np.where(away_m > 0.0, turns_s, 0.0) + corners * corner_s
+        return np.asarray(flies_s + away_s + law.descend_s)
 
     def _away(self, xy_m: Floats) -> tuple[Floats, Floats]:
         """Return how far places are from home, metres, and the corners on the way."""
@@ -106,7 +111,11 @@ def home_in_time(
         turn_s = _turn(after_s, spare_s, int(short[0]))
         xy_m, hold_s = _cut(xy_m, hold_s, flight, (after_s, places), turn_s)
     way = battery.way_home((float(xy_m[-1, 0]), float(xy_m[-1, 1])))
-    return np.vstack([xy_m, way]), np.append(hold_s, np.zeros(len(way)))
+    if law.can_hover or len(way) == 0:
+        return np.vstack([xy_m, way]), np.append(hold_s, np.zeros(len(way)))
+    last = max(0, len(xy_m) - 2)
+    home = turned(np.vstack([xy_m[last:], way]), np.zeros(len(xy_m) - last + len(way)), law)
+    return np.vstack([xy_m[:last], home.xy_m]), np.append(hold_s[:last], home.hold_s)
 
 
 def _length(xy_m: Floats, leg: int) -> float:
@@ -193,12 +202,15 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
 def _track_flown(
     line: "_Line", legs: tuple[FlownLeg, ...], law: FlightLaw, battery: Battery
 ) -> tuple[Track, tuple[FlownLeg, ...]]:
-    up_s, xy_m, hold_s = float(line.time_s[0]), line.xy_m, line.hold_s
+    up_s = float(line.time_s[0])
+    line = _Line(*(column[merged(line.xy_m, line.hold_s, law)] for column in line))
+    way = turned(line.xy_m, line.hold_s, law)
+    xy_m, hold_s = way.xy_m, way.hold_s
     if len(xy_m) > 1:
         xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
     lands = battery.home_m is not None
     track, flight = line_flown(xy_m, hold_s, law, up_s=up_s, lands=lands)
-    return track, _legs_flown(line, legs, up_s, (xy_m, flight))
+    return track, _legs_flown(line, way, legs, up_s, (xy_m, flight))
 
 
 def line_flown(
@@ -229,15 +241,20 @@ def line_flown(
 
 
 def _legs_flown(
-    line: "_Line", legs: tuple[FlownLeg, ...], up_s: float, flown: tuple[Floats, TimedFlight]
+    line: "_Line",
+    way: Turned,
+    legs: tuple[FlownLeg, ...],
+    up_s: float,
+    flown: tuple[Floats, TimedFlight],
 ) -> tuple[FlownLeg, ...]:
     """Return the legs that are flown to their ends: what was planned at a place is done there."""
     xy_m, flight = flown
-    many = min(len(xy_m), len(line.xy_m))
-    same = np.all(xy_m[:many] == line.xy_m[:many], axis=1)
-    kept = int(np.argmin(np.append(same, False)))
+    many = min(len(xy_m), len(way.xy_m))
+    same = np.all(xy_m[:many] == way.xy_m[:many], axis=1)
+    kept = int(np.searchsorted(way.leaves, np.argmin(np.append(same, False))))
     planned_s = np.stack([line.time_s, line.time_s + line.hold_s], axis=1)[:kept].ravel()
-    flown_s = up_s + np.stack([flight.arrives_s, flight.leaves_s], axis=1)[:kept].ravel()
+    there = flight.arrives_s[way.arrives[:kept]], flight.leaves_s[way.leaves[:kept]]
+    flown_s = up_s + np.stack(there, axis=1).ravel()
 
     def at(*times_s: float) -> list[float]:
         return [float(one) for one in np.interp(times_s, planned_s, flown_s)]

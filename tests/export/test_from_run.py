@@ -10,7 +10,7 @@ import shapely
 
 from planner.errors import InputError, ScenarioError
 from planner.export.checks import faults, remarks
-from planner.export.formats import Wanted, rings, texts
+from planner.export.formats import Wanted, rings
 from planner.export.from_run import RunFlight, placed, run_flight
 from planner.flight.airspace import Airspace
 from planner.flight.law import timed
@@ -202,8 +202,7 @@ def test_formats_are_chosen_by_name() -> None:
         Wanted.of("gpz", "px4", "relative")
     with pytest.raises(InputError, match="for ArduPilot only"):
         Wanted.of("waypoints", "px4", "relative")
-    all_of_them = texts(written(), Wanted.of(None, "ardupilot", "relative"))
-    assert len(all_of_them) == 7
+    assert len(Wanted.of(None, "ardupilot", "relative").files(written().flight)) == 9
 
 
 @pytest.mark.parametrize(
