@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
+from planner.cli.page import COMPARED, compared
 from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.session import (
@@ -43,6 +44,8 @@ from planner.mission.recorder import budget_of, problem_of
 from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
+from planner.page.page import page
+from planner.page.shown import Shown
 from planner.provenance import provenance
 from planner.report import real_flight, run_files, sentences, tables
 from planner.scenario.source import paths_in_record
@@ -78,6 +81,7 @@ class _Planned:
 class _Found(_Planned):
     """The result of a search, and what it is worth."""
 
+    met: Futures = field(kw_only=True)  # the targets of its trial
     trial: Trial = field(kw_only=True)
     prospects: Prospects = field(kw_only=True)  # of any flight, on the same fresh targets
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
@@ -107,6 +111,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         content = _plan_content(opened, found)
         if folder is not None:
             _write(folder, opened, found, content)
+            _write_page(folder, arguments, opened, found, targets)
             watch.lap("files")
             record = _provenance(arguments, opened, content, targets, watch)
             record["planning"] = _planning_record(found.trial)
@@ -180,6 +185,7 @@ def _evaluated(
     is_real = problem.uav.aircraft is not None
     return _Found(
         **vars(planned),
+        met=fresh.futures,
         trial=attempt.met(fresh.futures),
         prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
         fresh=targets.are,
@@ -238,6 +244,19 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
         certificate_file.write_certificate(folder, problem, certificate, plan_file, summary)
 
 
+def _write_page(
+    folder: Path,
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    found: _Found,
+    targets: _Targets,
+) -> None:
+    methods = [method for method in COMPARED if method.name != found.trial.method]
+    others = compared(arguments, opened, methods, targets.planning.futures, found.met)
+    run = Shown(opened, found.trial.plan, found.met, found.trial.evaluated, others)
+    (folder / run_folder.PAGE).write_text(page(run), encoding="utf-8", newline="\n")
+
+
 def _blocks(
     arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, own: bool, shown: bool
 ) -> Iterator[Any]:
@@ -273,7 +292,7 @@ def _blocks(
     if arguments.output:
         yield f"written to {arguments.output}"
     else:
-        yield "not saved; add -o DIR for plan.json, a picture, and what sumo-gui shows"
+        yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
 
 def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
