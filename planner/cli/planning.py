@@ -37,6 +37,7 @@ from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.messages import counted
 from planner.mission import certificate_file, run_folder
+from planner.mission.now import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content, timing_content
@@ -117,6 +118,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             record["planning"] = _planning_record(found.trial)
             record["targets"] = _targets_record(targets, found.trial)
             write_json(folder / run_folder.PROVENANCE, record)
+            _write_all(folder, arguments, opened, targets, found, content, watch)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         summary["certificate"] = found.certificate and certificate_file.certificate_content(
@@ -126,6 +128,34 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
     blocks = _blocks(arguments, opened, found, own=targets.own is not None, shown=preview.is_shown)
     print_result(arguments, summary, blocks)
     return 0
+
+
+def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -> None:
+    """Write the run of a call's plan, as `planner plan` writes that of its scenario."""
+    opened, watch = event.opened, _Watch()
+    targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
+    planned = _Planned(event.problem, event.trial)
+    found = _evaluated(arguments, opened, targets, planned, None)
+    watch.took_s["planning"] = found.trial.took_s
+    _write_all(folder, arguments, opened, targets, found, _plan_content(opened, found), watch)
+
+
+def _write_all(  # noqa: PLR0913
+    folder: Path,
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    targets: _Targets,
+    found: _Found,
+    content: dict[str, Any],
+    watch: "_Watch",
+) -> None:
+    """Write all files of a run."""
+    _write(folder, opened, found, content)
+    watch.lap("files")
+    record = _provenance(arguments, opened, content, targets, watch)
+    record["planning"] = _planning_record(found.trial)
+    record["targets"] = _targets_record(targets, found.trial)
+    write_json(folder / run_folder.PROVENANCE, record)
 
 
 def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method) -> _Targets:
@@ -170,7 +200,7 @@ def _evaluated(
     opened: OpenScenario,
     targets: _Targets,
     planned: _Planned,
-    preview: Preview,
+    preview: Preview | None,
 ) -> _Found:
     """Return a plan with what it is worth on targets that had no part in making it."""
     fresh, attempt = targets.kept_out, planned.attempt
