@@ -111,13 +111,6 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         watch.took_s["planning"] = found.trial.took_s
         content = _plan_content(opened, found)
         if folder is not None:
-            _write(folder, opened, found, content)
-            _write_page(folder, arguments, opened, found, targets)
-            watch.lap("files")
-            record = _provenance(arguments, opened, content, targets, watch)
-            record["planning"] = _planning_record(found.trial)
-            record["targets"] = _targets_record(targets, found.trial)
-            write_json(folder / run_folder.PROVENANCE, record)
             _write_all(folder, arguments, opened, targets, found, content, watch)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
@@ -151,6 +144,7 @@ def _write_all(  # noqa: PLR0913
 ) -> None:
     """Write all files of a run."""
     _write(folder, opened, found, content)
+    _write_page(folder, arguments, opened, found, targets)
     watch.lap("files")
     record = _provenance(arguments, opened, content, targets, watch)
     record["planning"] = _planning_record(found.trial)
@@ -302,12 +296,11 @@ def _blocks(
     trial, certificate = found.trial, found.certificate
     if not shown:
         yield flight_table(trial.plan, opened)
-    yield tables.plan_table(found.row)
+    yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
     if found.timing:
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
-    yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
     yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"

@@ -25,7 +25,6 @@ OTHER_TARGETS = (
     "these targets are drawn from the scenario's belief; the plan was made on --futures, "
     "which may differ"
 )
-RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS, PAGE)
 
 
