@@ -57,7 +57,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
             run_files.write_compare(new, rows)
     summary = {"methods": [run_files.compare_cells(row) for row in rows]}
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
-    table = tables.compare_table(rows, title)
+    table = tables.compare_table(rows, title, in_town=not opened.network.is_abstract)
     written = [f"written to {arguments.output}"] if arguments.output else []
     lead = paired.against_patterns(rows)
     uav = opened.scenario.uav

@@ -105,7 +105,7 @@ def remarks(run: RunFlight) -> Iterator[str]:
     law = run.aircraft.law
     full_m = law.speed_mps**2 / law.acceleration_mps2
     short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
-    if short:
+    if short and law.can_hover:
         yield (
             f"it does not reach its speed on {counted(short, 'piece')} of "
             f"{len(run.flight.lengths_m)}, shorter than {full_m:.0f} m; the times allow for it"

@@ -44,7 +44,8 @@ def turned(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Turned:
     heading = np.arctan2(steps[:, 1], steps[:, 0]).tolist() or [0.0]
     length_m = np.hypot(steps[:, 0], steps[:, 1]).tolist()
     circle_s = 2.0 * math.pi * law.turn_radius_m / law.speed_mps
-    chord_m = 2.0 * law.turn_radius_m * math.sin(STEP / 2.0)
+    step = _step(law)
+    chord_m = 2.0 * law.turn_radius_m * math.sin(step / 2.0)
     line: list[tuple[float, float]] = []
     arrives, leaves = [], []
     for k, place in enumerate(xy_m):
@@ -52,7 +53,7 @@ def turned(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Turned:
         around = round(float(hold_s[k]) / circle_s) * [2.0 * math.pi]
         if 0 < k < len(length_m):
             # The last side of a circle leads a little the other way, and is a short piece.
-            behind = STEP / 2.0 if around else 0.0
+            behind = step / 2.0 if around else 0.0
             room_m = min(length_m[k - 1 : k + 1] + [chord_m] * bool(around)) / 2.0
             if not _passes(after - before + behind, room_m, law):
                 around += _on_the_spot(after - before)
@@ -102,6 +103,12 @@ def _on_the_spot(turn: float) -> list[float]:
     return [side * aside, side * (between - 2.0 * math.pi), side * aside]
 
 
+def _step(law: FlightLaw) -> float:
+    """Return by how much a circle's polygon turns at a corner, so that it keeps its speed there."""
+    radius_m = law.turn_radius_m
+    return min(STEP, 2.0 * math.acos(radius_m / (radius_m + law.corner_m)))
+
+
 def _arcs(
     place: Floats, heading: float, around: list[float], law: FlightLaw
 ) -> list[tuple[float, float]]:
@@ -117,7 +124,7 @@ def _arcs(
     found: list[tuple[float, float]] = []
     x_m, y_m = place.tolist()
     for angle in around:
-        many = max(1, math.ceil(abs(angle) / STEP - NO_TURN))
+        many = max(1, math.ceil(abs(angle) / _step(law) - NO_TURN))
         half = angle / many / 2.0
         chord_m = 2.0 * law.turn_radius_m * abs(math.sin(half))
         for _ in range(many):

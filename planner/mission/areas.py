@@ -36,8 +36,10 @@ def airspace_of(
             else:
                 areas[key] = area_of_points(value, network)
         except InputError as error:
-            named = f"{value}: " if isinstance(value, str) else ""
-            faults.append(Fault(f"airspace.{key}", f"{named}{error}"))
+            text = str(error)
+            if isinstance(value, str):
+                text = f"{value}: {text.removeprefix(f'{folder / value}: ')}"
+            faults.append(Fault(f"airspace.{key}", text))
     return (Airspace(**areas) if areas and not faults else None), faults
 
 

@@ -12,8 +12,11 @@ from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.law import FlightLaw
+from planner.futures.futures import Futures
+from planner.mission.debrief import Wanted, debrief, reading_of
 from planner.mission.opening import open_scenario
 from planner.mission.recorder import Recorder
+from planner.mission.run_folder import open_run
 from planner.network.georeference import lonlat
 from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
@@ -32,8 +35,8 @@ REAL = {
     "return_to": "start",
 }
 SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
-SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=60")
-SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "500")
+SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=20")
+SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "200")
 
 
 @pytest.fixture
@@ -47,7 +50,7 @@ def town_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("town")
     place, out = str(on_earth(folder)), str(folder / "run")
     assert main(["plan", place, *SMALL, *SETS, *SHORT, "-o", out, "--json"]) == 0
-    assert main(["export", out, "--json"]) == 0
+    assert main(["export", out, "--tolerance", "0", "--autopilot", "px4", "--json"]) == 0
     return folder / "run"
 
 
@@ -65,26 +68,43 @@ def refused(said: Said, line: str) -> None:
 def test_an_exported_flight_read_back_has_its_figures(
     run: Commands, town_run: Path, name: str
 ) -> None:
-    written = run("export", town_run, "-o", town_run / name.replace(".", "-"), "--json").json
     told = run("fly", town_run, "--track", town_run / "flight" / name, "--json").json
     stored = json.loads((town_run / "plan.json").read_text())["evaluated"]
-    for key, same in (("as_planned", stored), ("as_flown", written["as_written"])):
-        assert told[key]["detection_probability"] == pytest.approx(
-            same["detection_probability"], abs=1e-3
-        )
-        assert told[key]["expected_detection_time_s"] == pytest.approx(
-            same["expected_detection_time_s"], abs=2.0
-        )
+    for key in ("as_planned", "as_flown"):
+        expected_s = stored["expected_detection_time_s"]
+        assert told[key]["expected_detection_time_s"] == pytest.approx(expected_s, abs=1.0)
     assert told["targets"] == stored["targets"]
     assert told["clock"] == ("seconds" if "fcd" in name else "utc")
     assert told["lift_off_s"] == pytest.approx(0.0, abs=1.5)
     assert told["breaks"] == 0
-    by = {row["by_s"]: row for row in told["beside"]}
-    assert {300.0, 600.0, 1200.0, 1800.0} <= set(by)
+    by = {row["by_s"]: row for row in told["beside"] if row["by_s"] is not None}
+    assert {300.0, 600.0, 1200.0, 1800.0} == set(by)
+    assert 0.1 < by[300.0]["planned"] < 0.9
     for row in by.values():
         low, high = row["flown_minus_planned_ci95"]
         assert low <= row["flown_minus_planned"] <= high
         assert row["flown_minus_planned"] == pytest.approx(row["flown"] - row["planned"])
+
+
+@pytest.fixture(scope="module")
+def many(town_run: Path) -> Futures:
+    """Ten thousand cars in the town, by the kinematic clock."""
+    recorder = Recorder(open_run(town_run)[0], 1)
+    found = recorder.proposals(recorder.planning().futures)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("name", ["flight.gpx", "flight.csv", "flight.fcd.xml"])
+def test_read_back_it_finds_as_many_as_the_plan(town_run: Path, name: str, many: Futures) -> None:
+    opened, stored = open_run(town_run)
+    log = read_log(town_run / "flight" / name)
+    flight = flown(log, opened.network, reading_of(opened, stored, Wanted()))
+    found = debrief(flight, stored, many)
+    for by_s in range(120, 1200, 60):
+        planned = found.planned.found_by_probability(by_s)
+        assert found.flown.evaluation.found_by_probability(by_s) == pytest.approx(planned, abs=1e-3)
+    assert 0.1 < found.planned.found_by_probability(180.0) < 0.9
 
 
 def test_a_flight_that_is_late_and_has_a_break(
@@ -115,7 +135,7 @@ def test_a_flight_that_is_late_and_has_a_break(
     refused(run("fly", town_run, "--track", tmp_path / "late.gpx", "-o", out), "--force")
     told = run("fly", town_run, "--track", tmp_path / "late.gpx", "--json").json
     seen = [row for row in rows(out / "flights.csv") if row["found"] == "1"]
-    assert len(seen) / 500 == pytest.approx(told["as_flown"]["detection_probability"])
+    assert len(seen) / 200 == pytest.approx(told["as_flown"]["detection_probability"])
     assert told["as_flown"]["detection_probability"] < told["as_planned"]["detection_probability"]
     assert not (town_run / "flights.csv").exists()
 
