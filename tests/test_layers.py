@@ -24,6 +24,7 @@ STAGES = (
     "export",
     "experiments",
     "report",
+    "page",
     "paper",
 )
 DOORS = ("__init__.py", "__main__.py")  # may import any stage, as all below cli/ may

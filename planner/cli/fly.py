@@ -156,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
-    first: Any = tables.flights_table(flown.evaluation)
+    first: Any = tables.flights_table(flown.evaluation, in_town=not opened.network.is_abstract)
     if arguments.route is not None:
         first = run_files.mission_line(flown)
         summary["found"] = bool(flown.evaluation.found[0])

@@ -20,6 +20,7 @@ from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
+from planner.mission.areas import link_of, within_link
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.georeference import is_georeferenced, lonlat
@@ -29,6 +30,7 @@ from planner.scenario.uav import UavSection
 MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
 PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
 DEGREES = 7  # digits that files have of a place
+STEP_S = 1.0  # between moments of a track in files, as receivers tell
 EVERY_S = 1.0  # from one place in a file to the next, at most
 HOLD_DIGITS: dict[Autopilot, int] = {"ardupilot": 0, "px4": 1}  # of the seconds that it hovers
 PLANE = "+proj=tmerc +lat_0={} +lon_0={} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
@@ -144,7 +146,7 @@ class _Setting:
     aircraft: Aircraft
     battery: Battery
     up_s: float  # when it is at its height
-    clear: Clear | None
+    airspace: Airspace | None
 
     @classmethod
     def of(
@@ -157,8 +159,12 @@ class _Setting:
             aircraft,
             _battery(uav, aircraft, opened),
             stored.plan.take_off_s + aircraft.law.climb_s,
-            None if opened.airspace is None else _clear(opened.airspace),
+            within_link(opened.airspace, link_of(uav, network)),
         )
+
+    @property
+    def clear(self) -> Clear | None:
+        return None if self.airspace is None else _clear(self.airspace)
 
     @property
     def law(self) -> FlightLaw:
@@ -181,7 +187,7 @@ class _Setting:
             battery=self.battery,
             track=track,
             network=self.network,
-            airspace=opened.airspace,
+            airspace=self.airspace,
             ended_s=None,
         )
 
@@ -285,6 +291,10 @@ def _waypoints(way: Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypoi
 
 
 def _fixes(track: Track, law: FlightLaw, network: RoadNetwork, *, lands: bool) -> tuple[Fix, ...]:
+    """Return where an aircraft is at every second and where its track bends, and how high."""
+    begin_s, end_s = float(track.time_s[0]), track.end_s
+    times_s = np.unique([*track.time_s, *np.arange(begin_s, end_s, STEP_S)])
+    degrees = np.round(lonlat(network, track.xy(times_s)), DEGREES)
     """Return where an aircraft is at the times of its track and in between, and how high.
 
     They are so close that nobody who reads them back takes two of them for the ends of a break.
@@ -296,6 +306,8 @@ def _fixes(track: Track, law: FlightLaw, network: RoadNetwork, *, lands: bool) -
     known.append((begin_s + law.climb_s, law.altitude_m))
     if lands and law.descend_s > 0.0:
         known += [(end_s - law.descend_s, law.altitude_m), (end_s, 0.0)]
+    height_m = np.interp(times_s, *np.array(known).T)
+    rows = zip(times_s.tolist(), degrees.tolist(), height_m.tolist(), strict=True)
     height_m = np.interp(time_s, *np.array(known).T)
     rows = zip(time_s.tolist(), degrees.tolist(), height_m.tolist(), strict=True)
     return tuple(Fix(time_s, lat, lon, metres) for time_s, (lon, lat), metres in rows)

@@ -5,6 +5,7 @@ against it. Ways keep `MARGIN_M` clear of what is forbidden, so that a flight wr
 digits still keeps out.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -51,6 +52,16 @@ class Airspace:
     def ways(self) -> Ways:
         """The shortest ways from place to place."""
         return Ways(self.free, FAR_M)
+
+    def outlines(self) -> Iterator[tuple[str, list[Floats]]]:
+        """Yield the polygons: the key of the area, and its rings, (k, 2) m, the outer first."""
+        import shapely
+
+        for key in ("no_fly", "fence", "within"):
+            area = getattr(self, key)
+            for polygon in () if area is None else shapely.get_parts(area):
+                rings = (polygon.exterior, *polygon.interiors)
+                yield key, [np.array(ring.coords) for ring in rings]
 
     def allows(self, place: Point) -> bool:
         """Tell whether the UAV may be at a place."""

@@ -36,8 +36,10 @@ def airspace_of(
             else:
                 areas[key] = area_of_points(value, network)
         except InputError as error:
-            named = f"{value}: " if isinstance(value, str) else ""
-            faults.append(Fault(f"airspace.{key}", f"{named}{error}"))
+            text = str(error)
+            if isinstance(value, str):
+                text = f"{value}: {text.removeprefix(f'{folder / value}: ')}"
+            faults.append(Fault(f"airspace.{key}", text))
     return (Airspace(**areas) if areas and not faults else None), faults
 
 
@@ -48,6 +50,13 @@ def link_of(uav: UavSection, network: RoadNetwork) -> Area | None:
     if uav.link_m is None:
         return None
     return shapely.Point(start_xy(uav.start, network)).buffer(uav.link_m)
+
+
+def within_link(airspace: Airspace | None, link: Area | None) -> Airspace | None:
+    """Return an airspace for a UAV whose radio reaches elsewhere; None: everywhere."""
+    if airspace is None:
+        return None if link is None else Airspace(link=link)
+    return Airspace(airspace.no_fly, airspace.fence, airspace.within, link)
 
 
 def place_faults(

@@ -60,7 +60,8 @@ def where_table(
         rest = sum(row.probability for row in rows[most:])
         table.add_row(f"{len(rows) - most} other roads", *blank, percent(rest), "", "")
     if elsewhere_probability > 1e-9:
-        table.add_row("not on the roads", *blank, percent(elsewhere_probability), "", "")
+        elsewhere = "not on the roads" if network.is_abstract else "off the map, or not on it yet"
+        table.add_row(elsewhere, *blank, percent(elsewhere_probability), "", "")
     return table
 
 

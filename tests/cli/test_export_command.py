@@ -82,8 +82,14 @@ def test_all_files_are_what_their_programs_read(run: Commands, tmp_path: Path) -
     assert validate(file_to_validate=folder / "flight.kml")
     read = geojson.loads((folder / "flight.geojson").read_text())
     assert read.is_valid
-    schema = etree.XMLSchema(etree.parse(str(sumo_home() / "data" / "xsd" / "fcd_file.xsd")))
-    schema.assertValid(etree.parse(str(folder / "flight.fcd.xml")))
+    kinds = [one["properties"]["kind"] for one in read["features"]]
+    assert {"flight", "waypoint", "road", "targets not found"} == set(kinds)
+    for name, schema in (("fcd", "fcd_file.xsd"), ("edgedata", "meandata_file.xsd")):
+        rules = etree.XMLSchema(etree.parse(str(sumo_home() / "data" / "xsd" / schema)))
+        rules.assertValid(etree.parse(str(folder / FILES[name])))
+    points = gpxpy.parse((folder / "flight.gpx").read_text()).tracks[0].segments[0].points
+    assert (points[0].elevation, points[-1].elevation) == (0.0, 0.0)  # from the ground, to it
+    assert max(point.elevation for point in points) == 120.0
 
     for name in ("flight.kml", "flight.gpx", "flight.geojson", ABOUT):
         assert CREDIT in (folder / name).read_text(encoding="utf-8")
@@ -131,6 +137,38 @@ def test_the_same_bytes_and_nothing_overwritten(
     one = run("export", town_run, *ORIGIN, "-o", tmp_path / "c", "--format", "gpx")
     assert one.code == 0
     assert {path.name for path in (tmp_path / "c").iterdir()} == {"flight.gpx", ABOUT}
+
+
+def test_parts_and_a_vehicle_s_parameters(run: Commands, tmp_path: Path, town_run: Path) -> None:
+    (tmp_path / "v.param").write_text("WPNAV_SPEED,1000\n")
+    split = ("--split", "--max-waypoints", "4", "--params", tmp_path / "v.param")
+    said = run("export", town_run, *ORIGIN, "-o", tmp_path / "a", *split)
+    assert said.code == 0, said.err
+    assert "- WPNAV_SPEED: is 1000, not 1500 cm/s" in said.out
+    assert "autopilots' files are in" in said.out
+    many = len(list((tmp_path / "a").glob("flight-*.plan")))
+    assert many > 1
+    parts = [tmp_path / "a" / f"flight-{number}.plan" for number in range(1, many + 1)]
+    assert many == len(list((tmp_path / "a").glob("flight-*.waypoints")))
+    assert not (tmp_path / "a" / "flight.plan").exists()
+    ends, begins = [], []
+    for part in parts:
+        items = json.loads(part.read_text())["mission"]["items"]
+        flown = [item["params"][4:6] for item in items if item["command"] == 16]
+        begins.append(flown[0])
+        ends.append(flown[-1])
+    assert begins[1:] == ends[:-1]
+    assert run("export", town_run, *ORIGIN, "-o", tmp_path / "a").code == 2  # parts are there
+    assert run("export", town_run, *ORIGIN, "-o", tmp_path / "a", "--force").code == 0
+    assert list((tmp_path / "a").glob("flight-*")) == []
+    one = ("--split", "--max-waypoints", "1")
+    refused(run("export", town_run, *ORIGIN, *one), "--max-waypoints: a part has two at least")
+    (tmp_path / "v.param").write_text("{}")
+    bad = ("--params", tmp_path / "v.param", "-o", tmp_path / "b")
+    refused(run("export", town_run, *ORIGIN, *bad), "line 1: is no parameter and its value")
+    assert not (tmp_path / "b").exists()
+    nameless = ("--by-hand", "5", "-o", tmp_path / "b")
+    refused(run("export", town_run, *ORIGIN, *nameless), "--by-hand 5: no street with a name")
 
 
 def test_a_plan_for_the_ideal_aircraft(run: Commands, tmp_path: Path) -> None:
