@@ -82,8 +82,8 @@ def _of_zone(network: RoadNetwork, weights: Mapping[str, float], start: TazStart
     if not edges:
         named = ", ".join(list(weights)[:3])
         raise InputError(
-            f"the taz {as_written(start.taz)} has no edge of this net that a car may use and that "
-            f"leads on ({named}); give a taz of this net"
+            f"the taz {as_written(start.taz)} has no edge of this net that a car may use, that "
+            f"leads on and that weighs more than 0 ({named}); give a taz of this net"
         )
     edge = np.array(edges)
     weight = np.array([weights[network.edge_ids[e]] for e in edges])

@@ -41,6 +41,8 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.nets import opened_net
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
+    from planner.report.formats import listed
+    from planner.report.real_flight import aircraft_line
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -53,7 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
         "cost": {"recording": cost.recording._asdict(), "plan": cost.plan._asdict()},
         "remarks": odd,
     }
-    told = [f"- {line}" for line in odd] or ["nothing is odd about it"]
+    told = [listed(odd) if odd else "nothing is odd about it"]
+    if opened is not None and opened.scenario.uav.is_real:
+        told.append(aircraft_line(opened.scenario.uav))
     print_result(arguments, summary, [_table(network, found, cost), *told])
     return 0
 

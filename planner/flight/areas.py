@@ -20,6 +20,7 @@ Rings = Sequence[Any]  # of a polygon: its edge, then its holes, each a list of 
 ToPlane = Callable[[Floats], Floats]  # from what a file has, (k, 2), to metres, (k, 2)
 
 MOST_CORNERS = 1000  # of an airspace's area: ways around it are found corner by corner
+LEAST_M2 = 0.1  # less is a line that was rounded
 FAR = 5.0  # widths of a net; an area beyond is in another frame
 WGS84 = ("urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "EPSG:4326")
 COLLECTED = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
@@ -129,16 +130,26 @@ def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) ->
     for rings in polygons:
         edge, *holes = [to_plane(np.asarray(ring, dtype=np.float64)) for ring in rings]
         polygon = shapely.Polygon(edge, holes)
-        if not polygon.is_valid or polygon.area == 0.0:
-            why = shapely.is_valid_reason(polygon) if not polygon.is_valid else "no area"
-            why = why.replace("[", " at x, y ").rstrip("]").lower()
+        if not polygon.is_valid or polygon.area < LEAST_M2:
             raise InputError(
-                f"a polygon crosses itself, or encloses nothing ({why}); correct its points"
+                f"a polygon crosses itself, or encloses nothing ({_why(polygon)}); correct its "
+                "points"
             )
         found.append(polygon)
     area = shapely.union_all(found)
     _refuse_far(area, network)
     return area
+
+
+def _why(polygon: Area) -> str:
+    """Return what is wrong with a polygon, and where in the net's plane."""
+    import shapely
+
+    if polygon.is_valid:
+        return "no area"
+    fault, _, place = shapely.is_valid_reason(polygon).lower().rstrip("]").partition("[")
+    x_m, y_m = map(float, place.split())
+    return f"{fault} at {x_m:,.0f} m east, {y_m:,.0f} m north in the net"
 
 
 def _refuse_far(area: Area, network: RoadNetwork) -> None:

@@ -21,11 +21,12 @@ from planner.network.net_file import is_net_file
 from planner.network.place_words import Where, heading, on_road, point_of, told, where
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario.aircraft_file import KEYS, with_aircraft
+from planner.scenario.aircraft_file import KEYS, shipped_aircraft, with_aircraft
 from planner.scenario.profiles import shipped_profiles
-from planner.scenario.sections import OF_SUMO, NetworkSection, UavSection
+from planner.scenario.sections import OF_SUMO, NetworkSection
 from planner.scenario.source import Tables, read_source
 from planner.scenario.toml_text import toml_text
+from planner.scenario.uav import IDEAL, UavSection
 
 T = TypeVar("T")
 
@@ -251,6 +252,7 @@ class _Heard:
         if section is None:
             return None
         content = section.model_dump(mode="json", exclude_none=True, include={*KEYS})
+        content["aircraft"] = str(aircraft) if str(aircraft) in shipped_aircraft() else IDEAL
         if self.words.battery is not None:
             text = self.words.battery
             lasts_s = self._tried("--battery", lambda: span(text))

@@ -39,7 +39,7 @@ def write_run(
     assert row.evaluated is not None
     write_plan(folder / PLAN, content)
     _write_evaluation(folder / EVALUATION, row, problem.network.credit)
-    write_overlay(folder / OVERLAY, plan, problem.network)
+    write_overlay(folder / OVERLAY, plan, problem.network, problem.airspace)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
         f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,

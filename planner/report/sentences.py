@@ -116,9 +116,9 @@ def prospects_lines(found: Prospects) -> list[str]:
         return []
     moments = [f"{share:.0%} by {clock(moment_s)}" for moment_s, share in found.gone_by]
     by_end = f"{found.gone:.0%} by {clock(found.ceiling.objective.horizon_s)}"
-    left = f"have left the map: {', '.join([*moments, by_end])}"
-    at_most = f"no flight finds more than {found.ceiling.detection_probability:.1%}"
-    lines = [f"{left}; {at_most} (each target chased alone)"]
+    left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
+    at_most = f"no flight finds more of them than {found.ceiling.detection_probability:.1%}"
+    lines = [f"{left}; {at_most} (each chased alone)"]
     if found.many_leave:
         lines.append(
             "many targets leave the map, which no flight here can follow: take a larger net before "

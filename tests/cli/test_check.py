@@ -47,6 +47,7 @@ def test_a_scenario_is_measured_and_its_remarks_told_here_alone(
     assert "740 for cars" in flat
     assert "400 particles until 0:30:00: 400 SUMO runs" in flat
     assert "uav.speed_mps: 15 m/s is less than 3 times" in flat
+    assert "\n  method assumes" in said.out  # below what its line begins with, not its dash
     assert run("build", "berlin").err == ""  # no longer with every command
 
 
