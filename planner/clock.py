@@ -7,6 +7,12 @@ from contextlib import suppress
 from planner.errors import InputError
 from planner.messages import as_written
 
+UNITS_S = {
+    "": 1.0,
+    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
+    **dict.fromkeys(("m", "min", "mins", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hour", "hours"), 3600.0),
+}
 EARLIEST_YEAR, LATEST_YEAR = 1900, 3000  # in between, no zone and no horizon overflow anything
 
 
@@ -58,6 +64,62 @@ def moment(value: object) -> datetime.datetime:
             f"{value.isoformat()}+02:00, or Z for UTC"
         )
     return value
+
+
+def when(text: str, now: datetime.datetime) -> datetime.datetime:
+    """Return the moment that a text means: "14:05", "-7min", "+3min", or a date and a time.
+
+    A time of day is the one nearest to now; what does not say in which zone it is, is in now's.
+
+    Parameters
+    ----------
+    now
+        With its offset from UTC.
+
+    Raises
+    ------
+    InputError
+        If it means none.
+    """
+    said = text.strip()
+    if said.casefold() == "now":
+        return now
+    if said[:1] in ("+", "-"):
+        ahead_s = span(said[1:])
+        return now + datetime.timedelta(seconds=-ahead_s if said[0] == "-" else ahead_s)
+    day = re.fullmatch(r"(\d{1,2})[:.](\d{2})(?:[:.](\d{2}))?", said, re.ASCII)
+    if day is not None and int(day[1]) < 24 and int(day[2]) < 60 and int(day[3] or 0) < 60:
+        today = now.replace(
+            hour=int(day[1]), minute=int(day[2]), second=int(day[3] or 0), microsecond=0
+        )
+        days = (today + datetime.timedelta(days=some) for some in (0, -1, 1))
+        return min(days, key=lambda moment: abs(moment - now))
+    with suppress(ValueError):
+        found = datetime.datetime.fromisoformat(said)
+        return moment(found if found.tzinfo else found.replace(tzinfo=now.tzinfo))
+    raise InputError(
+        f"{as_written(text)} is no time; write 14:05, -7min, or 2026-05-01T14:05:00+02:00"
+    )
+
+
+def span(text: str) -> float:
+    """Return the seconds of a duration in words: "25min", "90 s", "1h", "1:30:00" or seconds.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    found = re.fullmatch(r"(\d+\.?\d*)\s*([a-z]*)", text.strip().casefold(), re.ASCII)
+    if found is not None and found[2] in UNITS_S:
+        return float(found[1]) * UNITS_S[found[2]]
+    try:
+        lasts_s = seconds(text)
+    except InputError:
+        lasts_s = -1.0
+    if lasts_s < 0.0:
+        raise InputError(f"{as_written(text)} is no duration; write 25min, 90s or 1:30:00")
+    return lasts_s
 
 
 def sumo_seconds(text: str) -> float:

@@ -1,5 +1,9 @@
-"""One cache for all test runs, apart from the user's own: what is in it is keyed by content."""
+"""One cache for all test runs, apart from the user's own: what is in it is keyed by content.
 
+Only compiled code is the user's own: what `planner doctor --compile` has made is not made again.
+"""
+
+import importlib
 import logging
 import os
 from collections.abc import Iterator, Mapping
@@ -15,6 +19,7 @@ from planner.mission.opening import OpenScenario
 from support import plan_schema, towns
 
 CACHE = Path(__file__).parent.parent / ".pytest_cache" / "planner"
+importlib.import_module("planner.jit")  # finds the compiled code in the user's cache
 os.environ["PLANNER_CACHE"] = str(CACHE)
 # That the first run compiles is said in whatever test comes first.
 logging.getLogger("planner.jit").setLevel(logging.ERROR)

@@ -1,5 +1,6 @@
 """`planner doctor --compile` leaves nothing to compile to any command."""
 
+import json
 import os
 import subprocess
 import sys
@@ -34,6 +35,25 @@ for words in {COMMANDS!r}:
     code = main([*words, "--json"])
     assert code in (0, 2), words  # 2: a method that does not apply
 """
+# What is called is compiled, in this process or in one before; what it calls is compiled with it.
+CALLED_AHEAD = f"""
+import gc, json, sys
+from contextlib import redirect_stdout
+from numba.core.registry import CPUDispatcher
+from planner.futures import workers
+from planner.mission.warm_up import compile_all
+
+def called():
+    kernels = [thing for thing in gc.get_objects() if isinstance(thing, CPUDispatcher)]
+    return {{f"{{one.__name__}} {{types}}" for one in kernels for types in one.signatures}}
+
+workers.in_processes = lambda function, tasks, **_: map(function, tasks)
+compile_all()
+ahead = called()
+with redirect_stdout(sys.stderr):
+    exec({ALL!r})
+print(json.dumps([len(ahead), sorted(called() - ahead)]))
+"""
 
 
 def compiled(folder: Path) -> set[str]:
@@ -41,7 +61,29 @@ def compiled(folder: Path) -> set[str]:
     return {str(file.relative_to(folder)) for file in folder.rglob("*.nbc")}
 
 
+def python(code: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | environment | {"PYTHONPATH": str(Path(__file__).parents[1])},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done
+
+
 @pytest.mark.slow
+def test_doctor_compile_calls_all_that_commands_call(tmp_path: Path) -> None:
+    done = python(CALLED_AHEAD, tmp_path, PLANNER_CACHE=str(tmp_path / "cache"))
+    ahead, more = json.loads(done.stdout)
+    assert ahead > 20
+    assert more == []
+
+
+@pytest.mark.long
 def test_nothing_is_compiled_after_doctor_compile(tmp_path: Path) -> None:
     kept = tmp_path / "compiled"
     environment = {"NUMBA_CACHE_DIR": str(kept)}
@@ -50,16 +92,6 @@ def test_nothing_is_compiled_after_doctor_compile(tmp_path: Path) -> None:
     assert "compiling" in said.err
     before = compiled(kept)
     assert len(before) > 20
-    root = str(Path(__file__).parents[1])
-    done = subprocess.run(
-        [sys.executable, "-c", ALL],
-        env=os.environ | environment | {"PYTHONPATH": root},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    done = python(ALL, tmp_path, **environment)
     assert compiled(kept) - before == set()
     assert "compiling" not in done.stderr

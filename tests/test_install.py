@@ -196,6 +196,33 @@ def test_others_are_told_the_command(place: Place, sudo: str | None) -> None:
     assert place.install().returncode == 0
 
 
+def test_checks_get_a_browser_where_no_password_is_needed(place: Place) -> None:
+    place.program("apt-get", APT)
+    assert place.install().returncode == 0
+    assert [entry for entry in place.log() if entry.startswith("apt")] == []
+    assert place.install("dev").returncode == 0
+    *_, install = place.log()
+    assert {"chromium", "chromium-driver", "xvfb"} <= set(install.split())
+
+
+def test_a_browser_that_is_there_is_left_alone(place: Place) -> None:
+    place.program("apt-get", APT)
+    for name in ("chromium", "chromedriver", "Xvfb"):
+        place.program(name, "#!/bin/sh\n")
+    assert place.install("dev").returncode == 0
+    assert place.log() == ["venv", "pip .[dev]"]
+
+
+def test_checks_do_without_a_browser_where_it_needs_a_password(place: Place) -> None:
+    place.program("apt-get", APT)
+    place.program("id", "#!/bin/sh\necho 1000\n")
+    place.program("sudo", "#!/bin/sh\nexit 1\n")
+    done = place.install("dev")
+    assert done.returncode == 0
+    assert "install: sudo apt-get install chromium chromium-driver xvfb" in done.stderr
+    assert place.log() == ["venv", "pip .[dev]"]
+
+
 def test_the_scripts_are_sound_posix_shell() -> None:
     for script in (*TOOLS.glob("*.sh"), TOOLS.parent / ".ci" / "run"):
         done = subprocess.run(["sh", "-n", str(script)], capture_output=True, check=False)

@@ -16,6 +16,7 @@ STAGES = (
     "belief",
     "futures",
     "flight",
+    "telemetry",
     "detection",
     "search",
     "bounds",
@@ -23,6 +24,7 @@ STAGES = (
     "export",
     "experiments",
     "report",
+    "page",
     "paper",
 )
 DOORS = ("__init__.py", "__main__.py")  # may import any stage, as all below cli/ may

@@ -45,7 +45,8 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_the_package_and_its_scenarios(wheel: Path) -> None:
     held = {name for name in ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    kinds = (".py", ".pyi", ".toml")  # target profiles and aircraft are read beside the code
+    # Target profiles and aircraft, and what a page is made of, are read beside the code.
+    kinds = (".py", ".pyi", ".toml", ".html", ".css", ".js")
     code = [path for path in (ROOT / "planner").rglob("*") if path.suffix in kinds]
     sources = {path.relative_to(ROOT).as_posix() for path in code}
     nets = {path for path in (ROOT / "sumo_nets").rglob("*.*") if path.parent.name != "claims"}

@@ -7,6 +7,7 @@
 # pyproject.toml, so a second call takes no time.
 
 SUMO_LIBRARIES="libgl1 libx11-6 libxext6 libxrender1 libatomic1"
+BROWSER="chromium chromium-driver xvfb"
 
 install() {
     extras=${1:-}
@@ -15,6 +16,7 @@ install() {
         make_venv
         install_packages "$extras"
         find_sumo_libraries
+        if [ "$extras" = dev ]; then find_browser; fi
         compile_searches
         remember "$wanted" "$extras"
     fi
@@ -101,13 +103,29 @@ find_sumo_libraries() {
     .venv/bin/python -c 'import libsumo' || fail "SUMO's library still does not load: see above"
 }
 
+# Tests look at pages and windows where that needs no password to install; else they are skipped.
+find_browser() {
+    if command -v chromium && command -v chromedriver && command -v Xvfb; then return 0; fi >/dev/null
+    if ! command -v apt-get >/dev/null || needs_password; then
+        say "there is no browser: tests that look at pages will be skipped; for them type" \
+            "sudo apt-get install $BROWSER"
+        return 0
+    fi
+    # shellcheck disable=SC2086  # a list of words
+    apt_install $BROWSER
+}
+
+needs_password() {
+    [ "$(id -u)" -ne 0 ] && ! sudo -n true 2>/dev/null
+}
+
 # Installs Debian packages where that needs no password, else says how.
 apt_install() {
     as_root=
     if [ "$(id -u)" -ne 0 ]; then as_root="sudo"; fi
     if ! command -v apt-get >/dev/null; then
         fail "install what this system calls the Debian packages $*, then run this again"
-    elif [ -n "$as_root" ] && ! sudo -n true 2>/dev/null; then
+    elif needs_password; then
         fail "type this, then run this again:" "sudo apt-get install $*"
     fi
     say "installing with apt-get: $*"

@@ -42,6 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
     from planner.report.formats import listed
+    from planner.report.real_flight import aircraft_line
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -57,8 +58,10 @@ def run(arguments: argparse.Namespace) -> int:
     measures = dict(_measures(found)) | dict(_told_costs(cost))
     if opened is None:  # what is one road to a sensor is not known yet
         del measures["roads"]
-    told = listed(odd) if odd else "nothing is odd about it"
-    print_result(arguments, summary, [_table(str(network.given_as), measures), told])
+    told = [listed(odd) if odd else "nothing is odd about it"]
+    if opened is not None and opened.scenario.uav.is_real:
+        told.append(aircraft_line(opened.scenario.uav))
+    print_result(arguments, summary, [_table(str(network.given_as), measures), *told])
     return 0
 
 

@@ -1,18 +1,22 @@
 """`planner export`: a stored plan as files that pilots and autopilots fly."""
 
 import argparse
-import math
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from planner.cli.arguments import add_jobs, add_run, count, path
+from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
 if TYPE_CHECKING:
-    from planner.export.about import Flown
+    from collections.abc import Sequence
+
+    from planner.export.about import Worth
+    from planner.export.by_hand import Judge
     from planner.export.from_run import RunFlight
+    from planner.export.odds import Odds
+    from planner.flight.track import Track
     from planner.mission.opening import OpenScenario
     from planner.mission.plan_file import StoredPlan
 
@@ -21,12 +25,15 @@ DETAILS = """\
 The flight is simplified, timed as a real aircraft flies it, and evaluated again
 on fresh targets. Writes flight.plan (QGroundControl), flight.waypoints (Mission
 Planner, ArduPilot only), flight.kml, flight.gpx, flight.geojson, flight.csv,
-flight.fcd.xml (SUMO), and flight.txt: read that first. Heights are above the
-launch point. This is research software, not certified for anything."""
+flight.fcd.xml and flight.edgedata.xml (SUMO), and flight.txt: read that first.
+Heights are above the launch point. This is research software, not certified
+for anything."""
 EXAMPLES = (
     ("export runs/town", "into runs/town/flight"),
     ("export runs/town --autopilot px4 --format plan,kml", ""),
     ("export runs/town --aircraft multicopter", "times anew"),
+    ("export runs/town --by-hand 12", "a pilot's stick"),
+    ("export runs/town --params drone.param", "set as the times ask?"),
     ("export runs/first --origin 49.61,6.13 --check", "no more than told"),
 )
 FOLDER = "flight"  # in the run's
@@ -57,14 +64,21 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format",
         metavar="LIST",
-        help="some of plan,waypoints,kml,gpx,geojson,csv,fcd (default: all; waypoints is for "
-        "ArduPilot only)",
+        help="some of plan,waypoints,kml,gpx,geojson,csv,fcd,edgedata (default: all; waypoints "
+        "is for ArduPilot only)",
     )
     parser.add_argument(
         "--autopilot",
         choices=("ardupilot", "px4"),
         default="ardupilot",
         help="who flies flight.plan (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--params",
+        type=path,
+        metavar="FILE",
+        help="a vehicle's parameters (.param, .parm, .params): tell which are not those that the "
+        "times rest on",
     )
     parser.add_argument(
         "--frame",
@@ -85,7 +99,7 @@ def _add_flight(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--tolerance",
-        type=_metres,
+        type=metres,
         metavar="M",
         help="how far it may be off the plan at any time, to have fewer waypoints (default: a "
         "sixth of the detection radius, at most 10)",
@@ -98,11 +112,17 @@ def _add_flight(parser: argparse.ArgumentParser) -> None:
         help="how many an autopilot takes (default: %(default)s)",
     )
     parser.add_argument(
-        "--origin",
-        type=_lat_lon,
-        metavar="LAT,LON",
-        help="where x and y are 0, for a net without a projection (south: --origin=-33.9,18.4)",
+        "--split",
+        action="store_true",
+        help="write more than --max-waypoints to numbered files, each from where one ended",
     )
+    parser.add_argument(
+        "--by-hand",
+        type=count,
+        metavar="N",
+        help="in at most N legs, along named streets, for a pilot with a stick",
+    )
+    add_origin(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -111,20 +131,24 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.export import about, checks, formats
     from planner.mission.run_folder import open_run, refuse_no_run
 
-    wanted = formats.Wanted.of(arguments.format, arguments.autopilot, arguments.frame)
+    most: int = arguments.max_waypoints
+    wanted = formats.Wanted.of(
+        arguments.format, arguments.autopilot, arguments.frame, most if arguments.split else None
+    )
     refuse_no_run(arguments.directory)
     output: Path = arguments.output or arguments.directory / FOLDER
     with ExitStack() as stack:
-        names = (*formats.FILES.values(), formats.ABOUT)
+        names = (*formats.FILES.values(), formats.ABOUT, *formats.earlier_parts(output))
         folder = new_files(stack, output, names, force=arguments.force)
         opened, stored = open_run(arguments.directory)
         flight = _flight(arguments, opened, stored)
-        said = [*checks.faults(flight, most_waypoints=arguments.max_waypoints)]
+        vehicle = _vehicle(arguments, flight)
+        said = [*checks.faults(flight, most_waypoints=None if arguments.split else most)]
         if said and not arguments.check:
             raise _Refused(arguments.directory, said)
         worth = _worth(arguments, opened, stored, flight)
-        summary = about.Summary(flight, wanted, tuple(said), *worth)
-        files = {**formats.texts(flight, wanted), formats.ABOUT: summary.text}
+        summary = about.Summary(flight, wanted, tuple(said), worth.flown, vehicle)
+        files = {**formats.texts(flight, wanted, worth.odds), formats.ABOUT: summary.text}
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
     written = [str(output / name) for name in files]
@@ -133,21 +157,56 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _vehicle(arguments: argparse.Namespace, flight: "RunFlight") -> tuple[str, ...] | None:
+    """Return how the parameters of a vehicle differ; None: none are given."""
+    from planner.export.parameters import differences, parameters
+
+    if arguments.params is None:
+        return None
+    wanted = parameters(flight.aircraft.law, arguments.autopilot)
+    return tuple(differences(arguments.params, wanted))
+
+
 def _flight(
     arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan"
 ) -> "RunFlight":
-    from planner.export.from_run import run_flight
+    from planner.export.from_run import Hand, hand_flight, run_flight
     from planner.scenario.aircraft_file import with_aircraft
 
     file = arguments.aircraft
+    uav = None if file is None else with_aircraft(opened.scenario.uav, file)
+    if arguments.by_hand is not None:
+        hand = Hand(arguments.by_hand, _judge(arguments, opened, stored))
+        return hand_flight(opened, stored, hand, uav=uav, origin=arguments.origin)
     return run_flight(
         opened,
         stored,
-        uav=None if file is None else with_aircraft(opened.scenario.uav, file),
+        uav=uav,
         origin=arguments.origin,
         tolerance_m=arguments.tolerance,
         autopilot=arguments.autopilot,
     )
+
+
+def _judge(arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan") -> "Judge":
+    """Return the particles that the plan was made on, and what it was made for."""
+    from planner.cli.session import planning_recorded
+    from planner.export.by_hand import Judge
+    from planner.mission.own_futures import read_split
+    from planner.mission.run_folder import own_futures
+
+    own = own_futures(arguments.directory)
+    recording = (
+        planning_recorded(arguments, opened) if own is None else read_split(own, opened).planning
+    )
+    return Judge(recording.futures, stored.sensor, stored.objective)
+
+
+class _Worth(NamedTuple):
+    """What flights achieve on the same fresh targets."""
+
+    flown: "Worth"
+    odds: "Odds"  # of the flight that is written
 
 
 def _worth(
@@ -155,21 +214,28 @@ def _worth(
     opened: "OpenScenario",
     stored: "StoredPlan",
     flight: "RunFlight",
-) -> "tuple[Flown, Flown]":
+) -> _Worth:
     """Return what the plan, and the flight that is written, achieve on the same fresh targets."""
     from planner.cli.session import Drive, recorded
     from planner.detection.evaluate import evaluate
-    from planner.export.about import Flown
+    from planner.export.about import Flown, Worth
+    from planner.export.from_run import line_alone
+    from planner.export.odds import Odds
 
     many = int(stored.evaluated["targets"])
     drive = Drive.of_truth("recording fresh targets", opened)
     truth = recorded(arguments, opened, drive, lambda one: one.evaluation(many)).futures
-    plan = stored.plan
-    of_plan, of_flight = (
-        evaluate(tracks, truth, stored.sensor, stored.objective)
-        for tracks in (plan.tracks, (flight.track,))
-    )
-    return Flown(of_plan, plan.end_s - plan.take_off_s), Flown(of_flight, flight.lasts_s)
+
+    def flown(tracks: "Sequence[Track]") -> Flown:
+        found = evaluate(tracks, truth, stored.sensor, stored.objective)
+        begins_s = min(float(track.time_s[0]) for track in tracks)
+        return Flown(found, max(track.end_s for track in tracks) - begins_s)
+
+    written, line = flown((flight.track,)), line_alone(flight)
+    on_s = flight.track.sensor_on.ravel().tolist()
+    odds = Odds(truth, written.evaluation.seen_at, flight.network, on_s[0], on_s[-1])
+    alone = None if line is None else flown((line,))
+    return _Worth(Worth(flown(stored.plan.tracks), written, alone), odds)
 
 
 class _Refused(InputError):
@@ -184,25 +250,3 @@ class _Refused(InputError):
         from planner.messages import plain
 
         return "\n".join(map(plain, self._lines))
-
-
-def _metres(text: str) -> float:
-    try:
-        metres = float(text)
-    except ValueError:
-        metres = math.nan
-    if not 0.0 <= metres < math.inf:
-        raise argparse.ArgumentTypeError(f"should be metres from 0 on, not {text!r}")
-    return metres
-
-
-def _lat_lon(text: str) -> tuple[float, float]:
-    try:
-        lat_deg, lon_deg = (float(part) for part in text.split(","))
-    except ValueError:
-        lat_deg = lon_deg = math.nan
-    if not (-90.0 < lat_deg < 90.0 and -180.0 <= lon_deg <= 180.0):
-        raise argparse.ArgumentTypeError(
-            f"should be a latitude and a longitude in degrees, as in 49.61,6.13, not {text!r}"
-        )
-    return lat_deg, lon_deg

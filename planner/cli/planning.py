@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
+from planner.cli.page import COMPARED, compared
 from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.session import (
@@ -26,6 +27,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
 from planner.files import write_json
@@ -35,15 +37,18 @@ from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.messages import counted
 from planner.mission import certificate_file, run_folder
+from planner.mission.now import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
-from planner.mission.plan_file import plan_content
+from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.recorder import budget_of, problem_of
 from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
+from planner.page.page import page
+from planner.page.shown import Shown
 from planner.provenance import provenance
-from planner.report import run_files, sentences, tables
+from planner.report import real_flight, run_files, sentences, tables
 from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
@@ -77,9 +82,11 @@ class _Planned:
 class _Found(_Planned):
     """The result of a search, and what it is worth."""
 
+    met: Futures = field(kw_only=True)  # the targets of its trial
     trial: Trial = field(kw_only=True)
     prospects: Prospects = field(kw_only=True)  # of any flight, on the same fresh targets
     fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
+    timing: tuple[Mistimed, ...] = field(kw_only=True)  # flown otherwise; () for the ideal aircraft
 
     @property
     def row(self) -> tables.MethodRow:
@@ -104,12 +111,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         watch.took_s["planning"] = found.trial.took_s
         content = _plan_content(opened, found)
         if folder is not None:
-            _write(folder, opened, found, content)
-            watch.lap("files")
-            record = _provenance(arguments, opened, content, targets, watch)
-            record["planning"] = _planning_record(found.trial)
-            record["targets"] = _targets_record(targets, found.trial)
-            write_json(folder / run_folder.PROVENANCE, record)
+            _write_all(folder, arguments, opened, targets, found, content, watch)
     summary = {key: content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         summary["certificate"] = found.certificate and certificate_file.certificate_content(
@@ -119,6 +121,35 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
     blocks = _blocks(arguments, opened, found, own=targets.own is not None, shown=preview.is_shown)
     print_result(arguments, summary, blocks)
     return 0
+
+
+def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -> None:
+    """Write the run of a call's plan, as `planner plan` writes that of its scenario."""
+    opened, watch = event.opened, _Watch()
+    targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
+    planned = _Planned(event.problem, event.trial)
+    found = _evaluated(arguments, opened, targets, planned, None)
+    watch.took_s["planning"] = found.trial.took_s
+    _write_all(folder, arguments, opened, targets, found, _plan_content(opened, found), watch)
+
+
+def _write_all(  # noqa: PLR0913
+    folder: Path,
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    targets: _Targets,
+    found: _Found,
+    content: dict[str, Any],
+    watch: "_Watch",
+) -> None:
+    """Write all files of a run."""
+    _write(folder, opened, found, content)
+    _write_page(folder, arguments, opened, found, targets)
+    watch.lap("files")
+    record = _provenance(arguments, opened, content, targets, watch)
+    record["planning"] = _planning_record(found.trial)
+    record["targets"] = _targets_record(targets, found.trial)
+    write_json(folder / run_folder.PROVENANCE, record)
 
 
 def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method) -> _Targets:
@@ -163,7 +194,7 @@ def _evaluated(
     opened: OpenScenario,
     targets: _Targets,
     planned: _Planned,
-    preview: Preview,
+    preview: Preview | None,
 ) -> _Found:
     """Return a plan with what it is worth on targets that had no part in making it."""
     fresh, attempt = targets.kept_out, planned.attempt
@@ -174,11 +205,15 @@ def _evaluated(
 
         fresh = evaluation_recorded(arguments, opened, begins=preview, note=so_far)
     problem = planned.problem
+    judged = (fresh.futures, problem.sensor, problem.objective)
+    is_real = problem.uav.aircraft is not None
     return _Found(
         **vars(planned),
+        met=fresh.futures,
         trial=attempt.met(fresh.futures),
         prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
         fresh=targets.are,
+        timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
 
 
@@ -233,6 +268,19 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
         certificate_file.write_certificate(folder, problem, certificate, plan_file, summary)
 
 
+def _write_page(
+    folder: Path,
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    found: _Found,
+    targets: _Targets,
+) -> None:
+    methods = [method for method in COMPARED if method.name != found.trial.method]
+    others = compared(arguments, opened, methods, targets.planning.futures, found.met)
+    run = Shown(opened, found.trial.plan, found.met, found.trial.evaluated, others)
+    (folder / run_folder.PAGE).write_text(page(run), encoding="utf-8", newline="\n")
+
+
 def _blocks(
     arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, own: bool, shown: bool
 ) -> Iterator[Any]:
@@ -249,6 +297,10 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
+    if found.timing:
+        yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
+        yield real_flight.corners_line(trial.plan)
+        yield real_flight.aircraft_line(opened.scenario.uav)
     yield from _hints(opened, found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
@@ -263,7 +315,7 @@ def _blocks(
     if arguments.output:
         yield f"written to {arguments.output}"
     else:
-        yield "not saved; add -o DIR for plan.json, a picture, and what sumo-gui shows"
+        yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
 
 def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
@@ -295,7 +347,7 @@ class _Watch:
 
 
 def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
-    return plan_content(
+    content = plan_content(
         found.trial.plan,
         found.problem,
         planned=found.trial.planned,
@@ -303,6 +355,9 @@ def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
         seed=opened.scenario.search.seed,
         sighted_at=opened.scenario.target.sighted_at,
     )
+    if found.timing:
+        content["evaluated"]["timing"] = timing_content(found.timing)
+    return content
 
 
 def _planning_record(trial: Trial) -> dict[str, Any]:

@@ -125,7 +125,7 @@ def _usual_targets(place: Path, preset: str | None) -> int:
     """Return how many fresh targets a plan is evaluated on in a scenario as it stands."""
     with suppress(PlannerError):  # the conditions report what is wrong with it
         scenario = read_scenario(place, preset=preset)
-        if scenario.truth.driving != "constant":
+        if scenario.truth.driving != "constant" or scenario.search.targets is not None:
             network = open_network(scenario.network, scenario.folder)
             return fresh_targets(scenario, network)
     return FRESH_TARGETS

@@ -1,6 +1,6 @@
 """`flight.txt`: what a pilot has to know before a flight file is flown."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from planner.detection.evaluation import Evaluation
 from planner.export.checks import remarks
 from planner.export.formats import Wanted
 from planner.export.from_run import RunFlight
-from planner.flight.law import FlightLaw
+from planner.export.parameters import lean_note, parameters
 from planner.messages import plain
 from planner.mission.plan_file import figures
 
@@ -19,7 +19,6 @@ NOT_CERTIFIED = (
     "the flight on a map, obstacles, the airspace, the law and the weather."
 )
 BY_S = (300.0, 600.0, 1200.0, 1800.0)  # when the odds are told
-LEAN_DEG = ((10.0, 30), (15.0, 45))  # speeds in m/s that recorded flights reached at a lean limit
 
 
 def height_line(run: RunFlight, wanted: Wanted) -> str:
@@ -43,6 +42,14 @@ class Flown(NamedTuple):
     lasts_s: float  # how long it is in the air
 
 
+class Worth(NamedTuple):
+    """What flights achieve on the same fresh targets."""
+
+    planned: Flown
+    written: Flown
+    line: Flown | None = None  # the line that is written, without holds; None: it has none
+
+
 @dataclass(frozen=True, eq=False)
 class Summary:
     """All that is told of a flight that is written, beside the files for machines."""
@@ -50,8 +57,8 @@ class Summary:
     run: RunFlight
     wanted: Wanted
     wrong: tuple[str, ...]  # with the flight, as `planner.export.checks.faults` has it
-    planned: Flown  # on the same targets as
-    written: Flown
+    worth: Worth
+    vehicle: tuple[str, ...] | None = None  # how its parameters differ; None: not compared
 
     @property
     def text(self) -> str:
@@ -62,9 +69,12 @@ class Summary:
             [plain(run.flight.name), self._times, _clock_line(run)],
             self._figures,
             ["Wrong with it:" if self.wrong else "Nothing was found wrong.", *_listed(self.wrong)],
-            ["To know:", *_listed([*remarks(run)])],
+            ["To know:", *_listed(self._remarks)],
+            self._legs,
             _parameters(run, self.wanted),
+            self._vehicle,
         ]
+        parts = [lines for lines in parts if lines]
         if run.flight.attribution:
             parts.append([f"Roads: {plain(run.flight.attribution)}"])
         return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
@@ -77,7 +87,9 @@ class Summary:
             NOT_CERTIFIED,
             "\n".join(["", self._times, *self._figures, ""]),
             *(f"wrong: {line}" for line in self.wrong),
-            *remarks(self.run),
+            *self._remarks,
+            *(["\n".join(["", *self._legs, ""])] if self._legs else []),
+            *self._vehicle,
         ]
 
     def as_dict(self) -> dict[str, Any]:
@@ -85,19 +97,76 @@ class Summary:
         return {
             "height_m": self.run.flight.height_m,
             "waypoints": len(self.run.flight.waypoints),
-            "in_the_air_s": self.written.lasts_s,
-            "as_planned": figures(self.planned.evaluation),
-            "as_written": figures(self.written.evaluation),
+            "in_the_air_s": self.worth.written.lasts_s,
+            "as_planned": figures(self.worth.planned.evaluation),
+            "as_written": figures(self.worth.written.evaluation),
             "wrong": list(self.wrong),
+            "line_alone": None if self.worth.line is None else figures(self.worth.line.evaluation),
+            "by_hand": [one._asdict() for one in self.run.by_hand],
+            "parameters_differ": None if self.vehicle is None else list(self.vehicle),
         }
+
+    @property
+    def _remarks(self) -> list[str]:
+        """What a pilot has to know, though nothing is wrong."""
+        said = [*remarks(self.run)]
+        many = len(self.wanted.parts(self.run.flight))
+        if many > 1:
+            said.append(
+                f"autopilots' files are in {many} parts: each ends in the air, and the next one "
+                "goes on from there; the times do not allow for loading it"
+            )
+        if self.run.by_hand:
+            said.append(self._lost)
+        if self.worth.line is not None:
+            horizon_s = self.worth.line.evaluation.objective.horizon_s
+            found = self.worth.line.evaluation.found_by_probability(horizon_s)
+            said.append(
+                "apps that fly a line, such as DJI's with flight.kml, hold nowhere: scored without "
+                f"holds, {found:.1%} are found by {clock(horizon_s)}"
+            )
+        return said
+
+    @property
+    def _lost(self) -> str:
+        """What flying by hand costs, of the probability that the plan finds the target."""
+        horizon_s = self.worth.written.evaluation.objective.horizon_s
+        planned, by_hand = (
+            one.evaluation.found_by_probability(horizon_s)
+            for one in (self.worth.planned, self.worth.written)
+        )
+        part = f", {(planned - by_hand) / planned:.0%} of it" if planned > 0.0 else ""
+        points = 100.0 * (planned - by_hand)
+        change = f"loses {points:.1f}" if points >= 0.0 else f"gains {-points:.1f}"
+        return f"flown by hand it {change} points of the {planned:.1%} planned{part * (points > 0)}"
+
+    @property
+    def _legs(self) -> list[str]:
+        """The legs of a pilot with a stick, in order; none for autopilots."""
+        if not self.run.by_hand:
+            return []
+        legs = [f"{k:>3}. {plain(leg.line)}" for k, leg in enumerate(self.run.by_hand, 1)]
+        return ["By hand, at full speed, at rest to turn; hold nowhere:", *legs]
+
+    @property
+    def _vehicle(self) -> list[str]:
+        """How the vehicle's parameters differ from those that the times rest on."""
+        if self.vehicle is None:
+            return []
+        if not self.vehicle:
+            return ["The vehicle's parameters are those that the times rest on."]
+        return ["The vehicle's parameters differ:", *_listed(self.vehicle)]
 
     @property
     def _figures(self) -> list[str]:
         """How well the plan, and the flight that is written, find the same fresh targets."""
-        pair = (self.planned.evaluation, self.written.evaluation)
+        pair = (self.worth.planned.evaluation, self.worth.written.evaluation)
         horizon_s, by_s = pair[1].objective.horizon_s, pair[1].objective.by_s or inf
         times = [f"{one.expected_detection_time_s:,.0f} s" for one in pair]
-        rows = [("", "as planned", "as written"), ("expected detection time", *times)]
+        rows = [
+            ("", "as planned", "by hand" if self.run.by_hand else "as written"),
+            ("expected detection time", *times),
+        ]
         for time_s in sorted({*(s for s in (*BY_S, by_s) if s < horizon_s), horizon_s}):
             shares = [f"{one.found_by_probability(time_s):.1%}" for one in pair]
             rows.append((f"found by {clock(time_s)}", *shares))
@@ -105,9 +174,9 @@ class Summary:
 
     @property
     def _times(self) -> str:
-        longer_s = self.written.lasts_s - self.planned.lasts_s
+        longer_s = self.worth.written.lasts_s - self.worth.planned.lasts_s
         against = f"{abs(longer_s):,.0f} s {'longer' if longer_s > 0 else 'less'} than planned"
-        lasts = clock(self.written.lasts_s)
+        lasts = clock(self.worth.written.lasts_s)
         said = [f"{len(self.run.flight.waypoints)} waypoints, in the air for {lasts}, {against}"]
         battery = self.run.battery
         if isfinite(battery.lasts_s):
@@ -129,30 +198,11 @@ def _clock_line(run: RunFlight) -> str:
 
 def _parameters(run: RunFlight, wanted: Wanted) -> list[str]:
     """Return a line for each parameter; what the aircraft does at once has none."""
-    law = run.aircraft.law
-    who, named = ("ArduPilot", _ardupilot(law))
-    if wanted.autopilot == "px4":
-        who, named = "PX4", _px4(law)
-    lines = [f"{name:<20}{value:>8g}  {unit}" for name, value, unit in named if isfinite(value)]
-    return [f"The times rest on these parameters of {who}; set them:", *lines]
-
-
-def _ardupilot(law: FlightLaw) -> Iterator[tuple[str, float, str]]:
-    yield "WPNAV_SPEED", round(100 * law.speed_mps), "cm/s"
-    yield "WPNAV_ACCEL", 100 * law.acceleration_mps2, "cm/s2 at least"
-    yield "WPNAV_SPEED_UP", 100 * law.climb_mps, "cm/s"
-    yield "WPNAV_SPEED_DN", 100 * law.descend_mps, "cm/s"
-    yield "RTL_ALT", round(100 * law.altitude_m), "cm, to come home at this height"
-    lean = next((degrees for mps, degrees in LEAN_DEG if law.speed_mps <= mps), None)
-    if lean is None:
-        yield "ANGLE_MAX", 100 * LEAN_DEG[-1][1], "hundredths of a degree; it may need more: try it"
-    else:
-        yield "ANGLE_MAX", 100 * lean, "hundredths of a degree at least: with less it is slower"
-
-
-def _px4(law: FlightLaw) -> Iterator[tuple[str, float, str]]:
-    yield "MPC_XY_CRUISE", law.speed_mps, "m/s"
-    yield "MPC_ACC_HOR", law.acceleration_mps2, "m/s2 at least"
-    yield "MPC_Z_VEL_MAX_UP", law.climb_mps, "m/s"
-    yield "MPC_Z_VEL_MAX_DN", law.descend_mps, "m/s"
-    yield "RTL_RETURN_ALT", law.altitude_m, "m, to come home at this height"
+    who = "PX4" if wanted.autopilot == "px4" else "ArduPilot"
+    lines = [one.line for one in parameters(run.aircraft.law, wanted.autopilot)]
+    note = lean_note(run.aircraft.law)
+    return [
+        f"The times rest on these parameters of {who}; set them:",
+        *lines,
+        *([note] if note else []),
+    ]

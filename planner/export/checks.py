@@ -3,9 +3,12 @@
 from collections.abc import Iterator
 from math import hypot, inf
 
+import numpy as np
+
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
+from planner.flight.turning import tight_corners
 from planner.messages import counted
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
@@ -13,14 +16,20 @@ FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of mor
 ROUNDING_S = 1.0  # by which whole seconds of hovering may make a flight longer
 
 
-def faults(run: RunFlight, *, most_waypoints: int) -> Iterator[str]:
-    """Yield what is wrong with a flight, and the remedy."""
+def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
+    """Yield what is wrong with a flight, and the remedy.
+
+    Parameters
+    ----------
+    most_waypoints
+        That the autopilot takes; None: it is written in parts.
+    """
     yield from _aircraft(run)
     many = len(run.flight.waypoints)
-    if many > most_waypoints:
+    if most_waypoints is not None and many > most_waypoints:
         yield (
             f"{many:,} waypoints are more than --max-waypoints {most_waypoints:,}; give a larger "
-            "--tolerance, or raise it"
+            "--tolerance, raise it, or have them in several files: --split"
         )
     yield from _pieces(run)
     if run.airspace is not None:
@@ -31,7 +40,7 @@ def faults(run: RunFlight, *, most_waypoints: int) -> Iterator[str]:
     yield from _battery(run)
     home, first = run.flight.waypoints[:2]
     away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
-    if away_m > FAR_M:
+    if away_m > FAR_M and not run.by_hand:
         yield (
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"
@@ -56,12 +65,29 @@ def _aircraft(run: RunFlight) -> Iterator[str]:
 
 
 def _pieces(run: RunFlight) -> Iterator[str]:
-    corner_m = run.aircraft.law.corner_m
+    law = run.aircraft.law
+    if not law.can_hover:
+        yield from _wings(run)
+        return
+    corner_m = law.corner_m
     short = sum(0.0 < metres < corner_m < inf for metres in run.flight.lengths_m)
     if short:
         yield (
             f"{counted(short, 'piece')} shorter than uav.corner_m, {corner_m:g} m, cannot be flown "
             "as drawn; give a larger --tolerance"
+        )
+
+
+def _wings(run: RunFlight) -> Iterator[str]:
+    """Yield where it flies as only an aircraft can that hovers."""
+    places = [(one.x_m, one.y_m) for one in run.flight.waypoints]
+    moves = [k for k, place in enumerate(places) if k == 0 or place != places[k - 1]]
+    holds = sum(one.hold_s > 0.0 for one in run.flight.waypoints)
+    tight = tight_corners(np.array(places)[moves], run.aircraft.law)
+    if holds or tight:
+        yield (
+            f"it hovers at {counted(holds, 'place')} and has {counted(tight, 'corner')} too tight "
+            "for an aircraft that cannot hover (uav.hover); plan for it: --set uav.aircraft=..."
         )
 
 
@@ -79,7 +105,7 @@ def remarks(run: RunFlight) -> Iterator[str]:
     law = run.aircraft.law
     full_m = law.speed_mps**2 / law.acceleration_mps2
     short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
-    if short:
+    if short and law.can_hover:
         yield (
             f"it does not reach its speed on {counted(short, 'piece')} of "
             f"{len(run.flight.lengths_m)}, shorter than {full_m:.0f} m; the times allow for it"

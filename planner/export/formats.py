@@ -1,7 +1,9 @@
 """All formats of a flight: the names of their files, and who writes them."""
 
+import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,8 @@ from planner.errors import InputError
 from planner.export.flight_file import FlightFile
 from planner.export.from_run import RunFlight
 from planner.export.mavlink import Autopilot, Frame, Ring, plan_file, waypoints_file
+from planner.export.odds import Odds
+from planner.export.odds_files import edgedata, odds_features
 from planner.export.tables import csv_table, fcd, geojson
 from planner.export.xml_maps import gpx, kml
 from planner.messages import suggestion
@@ -24,15 +28,13 @@ FILES = {
     "geojson": "flight.geojson",
     "csv": "flight.csv",
     "fcd": "flight.fcd.xml",
+    "edgedata": "flight.edgedata.xml",
 }
+SPLIT = ("plan", "waypoints")  # what autopilots load, and may be in parts: flight-1.plan and so on
 ABOUT = "flight.txt"
 ARDUPILOT_ONLY = "waypoints"  # PX4 would take its first line for a waypoint at sea level
-MAPS: dict[str, Callable[[FlightFile], str]] = {
-    "kml": kml,
-    "gpx": gpx,
-    "geojson": geojson,
-    "csv": csv_table,
-}
+PART = re.compile(r"flight-\d+\.\w+")
+MAPS: dict[str, Callable[[FlightFile], str]] = {"kml": kml, "gpx": gpx, "csv": csv_table}
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,12 @@ class Wanted:
     formats: tuple[str, ...]  # of `FILES`
     autopilot: Autopilot = "ardupilot"
     frame: Frame = "relative"
+    part: int | None = None  # most waypoints of a file for autopilots; None: all in one
 
     @classmethod
-    def of(cls, names: str | None, autopilot: Autopilot, frame: Frame) -> "Wanted":
+    def of(
+        cls, names: str | None, autopilot: Autopilot, frame: Frame, part: int | None = None
+    ) -> "Wanted":
         """Return what a list with commas names; None: all that the autopilot takes.
 
         Raises
@@ -52,9 +57,11 @@ class Wanted:
         InputError
             If there is no such format, or the autopilot does not take it.
         """
+        if part is not None and part < 2:
+            raise InputError("--max-waypoints: a part has two at least; give 2 or more")
         if names is None:
             unfit = {ARDUPILOT_ONLY} if autopilot == "px4" else set()
-            return cls(tuple(name for name in FILES if name not in unfit), autopilot, frame)
+            return cls(tuple(name for name in FILES if name not in unfit), autopilot, frame, part)
         given = [name.strip() for name in names.split(",")]
         for name in given:
             if name not in FILES:
@@ -64,25 +71,64 @@ class Wanted:
                 "--format waypoints: is for ArduPilot only; PX4 would fly to sea level; leave it "
                 "out, and give it the .plan"
             )
-        return cls(tuple(name for name in FILES if name in given), autopilot, frame)
+        return cls(tuple(name for name in FILES if name in given), autopilot, frame, part)
+
+    def parts(self, flight: FlightFile) -> list[FlightFile]:
+        """Return a flight in the parts that autopilots load."""
+        return [flight] if self.part is None else flight.parts(self.part)
+
+    def files(self, flight: FlightFile) -> list[str]:
+        """Return the names of the files that are written, `ABOUT` the last of them."""
+        many = len(self.parts(flight))
+        written = [_named(name, many) for name in self.formats]
+        return [*(file for files in written for file in files), ABOUT]
 
 
-def texts(run: RunFlight, wanted: Wanted) -> dict[str, str]:
-    """Return the text of each file that is wanted, by its name."""
-    return {FILES[name]: _text(name, run, wanted) for name in wanted.formats}
+def earlier_parts(folder: Path) -> list[str]:
+    """Return the names of parts that an earlier flight has left in a folder."""
+    suffixes = [Path(FILES[name]).suffix for name in SPLIT]
+    found = [path.name for suffix in suffixes for path in folder.glob(f"flight-*{suffix}")]
+    return sorted(name for name in found if PART.fullmatch(name))
 
 
-def _text(name: str, run: RunFlight, wanted: Wanted) -> str:
-    if name == "plan":
-        fence, no_fly = rings(run)
-        return plan_file(
-            run.flight, autopilot=wanted.autopilot, frame=wanted.frame, fence=fence, no_fly=no_fly
-        )
+def _named(name: str, many: int) -> list[str]:
+    file = FILES[name]
+    if name not in SPLIT or many == 1:
+        return [file]
+    return [file.replace(".", f"-{number}.", 1) for number in range(1, many + 1)]
+
+
+def texts(run: RunFlight, wanted: Wanted, odds: Odds) -> dict[str, str]:
+    """Return the text of each file that is wanted, by its name.
+
+    Parameters
+    ----------
+    odds
+        What the flight makes of fresh targets.
+    """
+    parts, found = wanted.parts(run.flight), dict[str, str]()
+    for name in wanted.formats:
+        if name in SPLIT:
+            mission = [_mission(name, part, run, wanted) for part in parts]
+            found |= zip(_named(name, len(parts)), mission, strict=True)
+        elif name == "geojson":
+            found[FILES[name]] = geojson(run.flight, odds_features(odds))
+        elif name == "fcd":
+            found[FILES[name]] = fcd(run.flight, run.track)
+        elif name == "edgedata":
+            found[FILES[name]] = edgedata(odds)
+        else:
+            found[FILES[name]] = MAPS[name](run.flight)
+    return found
+
+
+def _mission(name: str, flight: FlightFile, run: RunFlight, wanted: Wanted) -> str:
     if name == "waypoints":
-        return waypoints_file(run.flight, frame=wanted.frame)
-    if name == "fcd":
-        return fcd(run.flight, run.track)
-    return MAPS[name](run.flight)
+        return waypoints_file(flight, frame=wanted.frame)
+    fence, no_fly = rings(run)
+    return plan_file(
+        flight, autopilot=wanted.autopilot, frame=wanted.frame, fence=fence, no_fly=no_fly
+    )
 
 
 def rings(run: RunFlight) -> tuple[list[Ring], list[Ring]]:

@@ -7,29 +7,42 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import InputError
-from planner.export.flight_file import FlightFile, Waypoint
+from planner.export.by_hand import Judge, Pilot, by_hand
+from planner.export.directions import Direction, directions
+from planner.export.flight_file import Fix, FlightFile, Waypoint
 from planner.export.line import Line, line_of, simplified
 from planner.export.mavlink import Autopilot
-from planner.export.simplified import Clear
+from planner.export.way import Way
 from planner.flight.airspace import Airspace
-from planner.flight.as_flown import Battery, home_in_time, line_flown
-from planner.flight.law import Aircraft, FlightLaw
+from planner.flight.as_flown import Battery, line_flown
+from planner.flight.law import Aircraft, FlightLaw, TimedFlight
+from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
+from planner.mission.areas import link_of, within_link
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
-from planner.scenario.sections import UavSection
+from planner.scenario.uav import UavSection
 
 MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
 PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
 DEGREES = 7  # digits that files have of a place
+STEP_S = 1.0  # between moments of a track in files, as receivers tell
+EVERY_S = 1.0  # from one place in a file to the next, at most
 HOLD_DIGITS: dict[Autopilot, int] = {"ardupilot": 0, "px4": 1}  # of the seconds that it hovers
 PLANE = "+proj=tmerc +lat_0={} +lon_0={} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 
 LatLon = tuple[float, float]
+
+
+class Hand(NamedTuple):
+    """A flight by hand that is asked for."""
+
+    legs: int  # at most
+    judge: Judge
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +56,7 @@ class RunFlight:
     network: RoadNetwork  # with a projection
     airspace: Airspace | None
     ended_s: float | None  # when the battery ends it before the plan's end; None: it does not
+    by_hand: tuple[Direction, ...] = ()  # the legs of a pilot with a stick; empty: an autopilot's
 
     @property
     def lasts_s(self) -> float:
@@ -77,32 +91,119 @@ def run_flight(
     InputError
         If nobody knows where the net lies, at which height to fly, or how the aircraft flies.
     """
-    network = placed(opened.network, origin)
-    other, uav = uav is not None, uav or opened.scenario.uav
-    aircraft = _real(uav)
-    line = simplified(
-        _planned(opened, stored),
-        _tolerance_m(opened) if tolerance_m is None else tolerance_m,
-        None if opened.airspace is None else _clear(opened.airspace),
-    )
-    law, battery = aircraft.law, _battery(uav, aircraft, opened)
-    way = _Way(line.xy_m, line.hold_s, line.streets)
-    if other:  # the plan's own aircraft comes home in time, and sooner past fewer corners
-        way = _home_in_time(way, law, battery)
+    setting = _Setting.of(opened, stored, uav, origin)
+    off_m = _tolerance_m(opened) if tolerance_m is None else tolerance_m
+    line = simplified(_planned(opened, stored), off_m, setting.clear)
+    way = Way.all_of(line)
+    if uav is not None:  # the plan's own aircraft comes home in time, and sooner past fewer corners
+        way = way.in_time(setting.law, setting.battery)
     is_cut = not way.is_all_of(line)
-    way = way._replace(hold_s=_rounded(way.hold_s, HOLD_DIGITS[autopilot]))
-    up_s, lands = stored.plan.take_off_s + law.climb_s, battery.home_m is not None
-    track, times = line_flown(way.xy_m, way.hold_s, law, up_s=up_s, lands=lands)
-    turn = -2 if lands and len(way.xy_m) > 1 else -1
-    return RunFlight(
-        flight=_file(opened, network, law, _waypoints(way, up_s + times.arrives_s, network)),
-        aircraft=aircraft,
-        battery=battery,
-        track=track,
-        network=network,
-        airspace=opened.airspace,
-        ended_s=up_s + float(times.leaves_s[turn]) if is_cut else None,
-    )
+    way = way.rounded(HOLD_DIGITS[autopilot])
+    track, times = setting.flown(way)
+    arrives_s = setting.up_s + times.arrives_s
+    turn = -2 if setting.lands and len(way.xy_m) > 1 else -1
+    ended_s = setting.up_s + float(times.leaves_s[turn]) if is_cut else None
+    return replace(setting.flight(opened, way, arrives_s, track), ended_s=ended_s)
+
+
+def hand_flight(
+    opened: OpenScenario,
+    stored: StoredPlan,
+    hand: Hand,
+    *,
+    uav: UavSection | None = None,
+    origin: LatLon | None = None,
+) -> RunFlight:
+    """Return the flight of a run as a pilot with a stick flies it.
+
+    Parameters
+    ----------
+    hand
+        In how many legs, and what these are chosen by.
+    uav, origin
+        As `run_flight` takes them.
+
+    Raises
+    ------
+    InputError
+        As `run_flight`, or if no street can be flown along.
+    """
+    setting = _Setting.of(opened, stored, uav, origin)
+    pilot = Pilot(setting.law, setting.battery, setting.up_s, setting.clear)
+    way = by_hand(_planned(opened, stored), hand.legs, pilot, hand.judge, setting.network)
+    track, times = setting.flown(way)
+    said = directions(setting.network, way, setting.up_s + times.leaves_s)
+    way = way._replace(hold_s=np.zeros(len(way.hold_s)))  # nobody holds by the clock
+    found = setting.flight(opened, way, setting.up_s + times.arrives_s, track)
+    return replace(found, by_hand=tuple(said))
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """Who flies where."""
+
+    network: RoadNetwork
+    aircraft: Aircraft
+    battery: Battery
+    up_s: float  # when it is at its height
+    airspace: Airspace | None
+
+    @classmethod
+    def of(
+        cls, opened: OpenScenario, stored: StoredPlan, uav: UavSection | None, origin: LatLon | None
+    ) -> "_Setting":
+        network, uav = placed(opened.network, origin), uav or opened.scenario.uav
+        aircraft = _real(uav)
+        return cls(
+            network,
+            aircraft,
+            _battery(uav, aircraft, opened),
+            stored.plan.take_off_s + aircraft.law.climb_s,
+            within_link(opened.airspace, link_of(uav, network)),
+        )
+
+    @property
+    def clear(self) -> Clear | None:
+        return None if self.airspace is None else _clear(self.airspace)
+
+    @property
+    def law(self) -> FlightLaw:
+        return self.aircraft.law
+
+    @property
+    def lands(self) -> bool:
+        return self.battery.home_m is not None
+
+    def flown(self, way: Way) -> tuple[Track, TimedFlight]:
+        return line_flown(way.xy_m, way.hold_s, self.law, up_s=self.up_s, lands=self.lands)
+
+    def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
+        waypoints = _waypoints(way, arrives_s, self.network)
+        flight = _file(opened, self.network, self.law, waypoints)
+        fixes = _fixes(track, self.law, self.network, lands=self.lands)
+        return RunFlight(
+            flight=replace(flight, way=fixes),
+            aircraft=self.aircraft,
+            battery=self.battery,
+            track=track,
+            network=self.network,
+            airspace=self.airspace,
+            ended_s=None,
+        )
+
+
+def line_alone(run: RunFlight) -> Track | None:
+    """Return how a flight is flown by those who take its line and hold nowhere.
+
+    None if it holds nowhere anyhow.
+    """
+    places = [(one.x_m, one.y_m) for one in run.flight.waypoints]
+    if not any(one.hold_s for one in run.flight.waypoints):
+        return None
+    kept = [k for k, place in enumerate(places) if k == 0 or place != places[k - 1]]
+    xy_m, lands = np.array(places)[kept], run.battery.home_m is not None
+    law, up_s = run.aircraft.law, run.flight.waypoints[0].arrives_s
+    return line_flown(xy_m, np.zeros(len(xy_m)), law, up_s=up_s, lands=lands)[0]
 
 
 def placed(network: RoadNetwork, origin: LatLon | None) -> RoadNetwork:
@@ -173,44 +274,7 @@ def _battery(uav: UavSection, aircraft: Aircraft, opened: OpenScenario) -> Batte
     return Battery(lasts_s, aircraft.reserve_s, home_m, headwind_mps, opened.airspace)
 
 
-class _Way(NamedTuple):
-    """What is flown of a line."""
-
-    xy_m: Floats  # (W, 2) metres
-    hold_s: Floats  # (W,) seconds
-    streets: tuple[str, ...]  # W - 1
-
-    def is_all_of(self, line: Line) -> bool:
-        """Return whether nothing of a line is left out."""
-        many = len(line.xy_m)
-        if not np.array_equal(self.xy_m[:many], line.xy_m):
-            return False
-        return bool(np.all(self.hold_s[:many] >= line.hold_s))
-
-
-def _home_in_time(way: _Way, law: FlightLaw, battery: Battery) -> _Way:
-    """Return a way as far as the battery lasts, and the way home."""
-    xy_m, hold_s = home_in_time(way.xy_m, way.hold_s, law, battery)
-    same = np.all(xy_m[: len(way.xy_m)] == way.xy_m[: len(xy_m)], axis=1)
-    turns = len(same) - 1 if same.all() else int(np.argmin(same))  # the last place before home
-    if np.array_equal(xy_m[turns:], battery.way_home(_point(xy_m[turns - 1]))):
-        turns -= 1
-    streets = way.streets[:turns]
-    streets = (*streets, *[""] * (len(xy_m) - 1 - len(streets)))
-    return _Way(xy_m, hold_s, streets)
-
-
-def _rounded(hold_s: Floats, digits: int) -> Floats:
-    """Return times of hovering with few digits; what is rounded is made up for at the next."""
-    held, wanted, found = 0.0, 0.0, []
-    for one in hold_s.tolist():
-        wanted += one
-        found.append(max(0.0, round(wanted - held, digits)) if one > 0.0 else 0.0)
-        held += found[-1]
-    return np.array(found)
-
-
-def _waypoints(way: _Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypoint]:
+def _waypoints(way: Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypoint]:
     degrees = np.round(lonlat(network, way.xy_m), DEGREES).tolist()
     rows = zip(
         degrees,
@@ -224,6 +288,29 @@ def _waypoints(way: _Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypo
         Waypoint(lat, lon, x_m, y_m, time_s, hold_s, street)
         for (lon, lat), (x_m, y_m), time_s, hold_s, street in rows
     ]
+
+
+def _fixes(track: Track, law: FlightLaw, network: RoadNetwork, *, lands: bool) -> tuple[Fix, ...]:
+    """Return where an aircraft is at every second and where its track bends, and how high."""
+    begin_s, end_s = float(track.time_s[0]), track.end_s
+    times_s = np.unique([*track.time_s, *np.arange(begin_s, end_s, STEP_S)])
+    degrees = np.round(lonlat(network, track.xy(times_s)), DEGREES)
+    """Return where an aircraft is at the times of its track and in between, and how high.
+
+    They are so close that nobody who reads them back takes two of them for the ends of a break.
+    """
+    begin_s, end_s = float(track.time_s[0]), track.end_s
+    time_s = np.unique([*track.time_s, *np.arange(begin_s, end_s, EVERY_S)])
+    degrees = np.round(lonlat(network, track.xy(time_s)), DEGREES)
+    known = [(begin_s, 0.0 if law.climb_s > 0.0 else law.altitude_m)]
+    known.append((begin_s + law.climb_s, law.altitude_m))
+    if lands and law.descend_s > 0.0:
+        known += [(end_s - law.descend_s, law.altitude_m), (end_s, 0.0)]
+    height_m = np.interp(times_s, *np.array(known).T)
+    rows = zip(times_s.tolist(), degrees.tolist(), height_m.tolist(), strict=True)
+    height_m = np.interp(time_s, *np.array(known).T)
+    rows = zip(time_s.tolist(), degrees.tolist(), height_m.tolist(), strict=True)
+    return tuple(Fix(time_s, lat, lon, metres) for time_s, (lon, lat), metres in rows)
 
 
 def _file(

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from planner.arrays import Floats, Frozen, freeze
-from planner.export.simplified import Clear, kept_knots
 from planner.flight.plan import FlownLeg
+from planner.flight.simplified import Clear, kept_knots
 from planner.flight.track import Track
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import street_names

@@ -1,6 +1,7 @@
 """Missions of MAVLink autopilots: QGroundControl's ``.plan``, Mission Planner's ``.waypoints``.
 
-The mission is the same in both: take off, set one speed, fly the waypoints, come home or stay.
+The mission is the same in both: take off, set one speed, fly the waypoints, come home or stay. A
+part of a flight that begins in the air does not take off.
 Degrees are latitude first. A ``.waypoints`` file begins with the home position, which a PX4 vehicle
 takes for a waypoint at sea level: it is for ArduPilot only.
 """
@@ -9,7 +10,7 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
-from planner.export.flight_file import FlightFile, whole_holds
+from planner.export.flight_file import FlightFile, Waypoint, whole_holds
 
 Autopilot = Literal["ardupilot", "px4"]
 Frame = Literal["relative", "terrain"]
@@ -40,18 +41,17 @@ def items(flight: FlightFile, autopilot: Autopilot, frame: Frame = "relative") -
     holds: Sequence[float] = [one.hold_s for one in flight.waypoints]
     if autopilot == "ardupilot":
         holds = whole_holds(flight)
-    home = flight.waypoints[0]
-    place = (round(home.lat_deg, DEGREES), round(home.lon_deg, DEGREES))
-    yield Item(TAKE_OFF, here, (0, 0, 0, None, *place, height_m))
+    on_ground = flight.launch is None
+    if on_ground:
+        yield Item(TAKE_OFF, here, (0, 0, 0, None, *_place(flight.home), height_m))
     yield Item(SPEED, MISSION, (AIRSPEED_OR_GROUND, flight.speed_mps, UNCHANGED, 0, 0, 0, 0))
-    away = flight.waypoints[1:-1] if flight.comes_home else flight.waypoints[1:]
-    for one, hold_s in zip(away, holds[1:], strict=False):
-        place = (round(one.lat_deg, DEGREES), round(one.lon_deg, DEGREES))
-        yield Item(WAYPOINT, here, (hold_s, 0, 0, None, *place, height_m))
+    away = slice(1 if on_ground else 0, -1 if flight.comes_home else None)
+    for one, hold_s in zip(flight.waypoints[away], holds[away], strict=True):
+        yield Item(WAYPOINT, here, (hold_s, 0, 0, None, *_place(one), height_m))
     if flight.comes_home:
         yield Item(RETURN, MISSION, (0, 0, 0, 0, 0, 0, 0))
     else:
-        yield Item(STAY, here, (0, 0, 0, None, *place, height_m))
+        yield Item(STAY, here, (0, 0, 0, None, *_place(flight.waypoints[-1]), height_m))
 
 
 def plan_file(
@@ -69,7 +69,6 @@ def plan_file(
     fence, no_fly
         Areas to stay within, and to stay out of, which the vehicle itself then watches.
     """
-    home = flight.waypoints[0]
     content: dict[str, Any] = {
         "fileType": "Plan",
         "version": 1,
@@ -81,7 +80,7 @@ def plan_file(
             "globalPlanAltitudeMode": 1 if frame == "relative" else 3,
             "cruiseSpeed": flight.speed_mps,
             "hoverSpeed": flight.speed_mps,
-            "plannedHomePosition": [*_degrees(home.lat_deg, home.lon_deg), 0],
+            "plannedHomePosition": [*_place(flight.home), 0],
             "items": [
                 {
                     "type": "SimpleItem",
@@ -109,7 +108,7 @@ def plan_file(
 
 def waypoints_file(flight: FlightFile, *, frame: Frame = "relative") -> str:
     """Return a flight as ``QGC WPL 110``, the ``.waypoints`` of Mission Planner; ArduPilot only."""
-    home = flight.waypoints[0]
+    home = flight.home
     first = (0, 1, 0, WAYPOINT, 0, 0, 0, 0, home.lat_deg, home.lon_deg, 0)
     rows: list[tuple[float, ...]] = [first]
     for number, item in enumerate(items(flight, "ardupilot", frame), 1):
@@ -126,9 +125,10 @@ def _row(row: tuple[float, ...]) -> str:
     return "\t".join([*whole, *parameters, *place, "1\n"])
 
 
-def _degrees(lat_deg: float, lon_deg: float) -> list[float]:
-    return [round(lat_deg, DEGREES), round(lon_deg, DEGREES)]
+def _place(one: Waypoint) -> tuple[float, float]:
+    return round(one.lat_deg, DEGREES), round(one.lon_deg, DEGREES)
 
 
 def _area(ring: Ring, inside: bool) -> dict[str, Any]:
-    return {"version": 1, "inclusion": inside, "polygon": [_degrees(*corner) for corner in ring]}
+    corners = [[round(degrees, DEGREES) for degrees in corner] for corner in ring]
+    return {"version": 1, "inclusion": inside, "polygon": corners}

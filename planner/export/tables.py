@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+from collections.abc import Iterable
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -18,8 +19,14 @@ COLUMNS = ("number", "time_s", "utc", "lat", "lon", "x_m", "y_m", "height_m", "h
 FORMULA = ("=", "+", "-", "@", "\t", "\r")  # a cell that begins so is one to spreadsheets
 
 
-def geojson(flight: FlightFile) -> str:
-    """Return a flight as GeoJSON: its line, and its waypoints with their times."""
+def geojson(flight: FlightFile, more: Iterable[dict[str, Any]] = ()) -> str:
+    """Return a flight as GeoJSON: its line, and its waypoints with their times.
+
+    Parameters
+    ----------
+    more
+        Features that are written after these.
+    """
     features = [
         {
             "type": "Feature",
@@ -31,6 +38,7 @@ def geojson(flight: FlightFile) -> str:
             },
         },
         *(_point(flight, number, one) for number, one in enumerate(flight.waypoints)),
+        *more,
     ]
     content: dict[str, Any] = {"type": "FeatureCollection", "features": features}
     if flight.attribution:

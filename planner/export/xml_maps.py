@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree as ET
 
-from planner.export.flight_file import FlightFile, Waypoint
+from planner.export.flight_file import Fix, FlightFile, Waypoint
 from planner.messages import plain
 
 KML, GX = "http://www.opengis.net/kml/2.2", "http://www.google.com/kml/ext/2.2"
@@ -11,7 +11,7 @@ LINE_COLOUR, LINE_WIDTH = "ff005ed5", "3"  # opacity, blue, green, red
 
 
 def kml(flight: FlightFile) -> str:
-    """Return a flight as KML: its line, a track with times if they are known, its waypoints.
+    """Return a flight as KML: its line, its true track if its times are known, its waypoints.
 
     Longitude comes first. Pilots' apps that fly a line fly it without holding anywhere.
     """
@@ -27,7 +27,7 @@ def kml(flight: FlightFile) -> str:
     shape = ET.SubElement(line, "LineString")
     _text(shape, "tessellate", "1")
     _text(shape, "altitudeMode", "relativeToGround")
-    places = [_coordinates(flight, one, ",") for one in flight.waypoints]
+    places = [_at(one.lat_deg, one.lon_deg, flight.height_m, ",") for one in flight.waypoints]
     _text(shape, "coordinates", " ".join(places))
     if flight.sighted_at is not None:
         _moving(document, flight)
@@ -39,7 +39,7 @@ def kml(flight: FlightFile) -> str:
 
 
 def gpx(flight: FlightFile) -> str:
-    """Return a flight as GPX 1.1: a route for handhelds, and a track with all its times."""
+    """Return a flight as GPX 1.1: a route for handhelds, and its true track with all its times."""
     root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "sumo-search-planner"})
     about = ET.SubElement(root, "metadata")
     _text(about, "name", flight.name)
@@ -48,25 +48,26 @@ def gpx(flight: FlightFile) -> str:
     route = ET.SubElement(root, "rte")
     _text(route, "name", flight.name)
     for number, one in enumerate(flight.waypoints):
-        point = _gpx_point(route, "rtept", flight, one, one.arrives_s)
+        fix = Fix(one.arrives_s, one.lat_deg, one.lon_deg, flight.height_m)
+        point = _gpx_point(route, "rtept", flight, fix)
         _text(point, "name", str(number))
         if one.street:
             _text(point, "desc", one.street)
     track = ET.SubElement(root, "trk")
     _text(track, "name", f"{flight.name}, planned")
     segment = ET.SubElement(track, "trkseg")
-    for one, time_s in flight.stays:
-        _gpx_point(segment, "trkpt", flight, one, time_s)
+    for fix in flight.fixes:
+        _gpx_point(segment, "trkpt", flight, fix)
     return _written(root)
 
 
 def _moving(document: ET.Element, flight: FlightFile) -> None:
     track = ET.SubElement(_placemark(document, "aircraft"), "gx:Track")
     _text(track, "altitudeMode", "relativeToGround")
-    for _, time_s in flight.stays:
-        _text(track, "when", flight.utc(time_s) or "")
-    for one, _ in flight.stays:
-        _text(track, "gx:coord", _coordinates(flight, one, " "))
+    for fix in flight.fixes:
+        _text(track, "when", flight.utc(fix.time_s) or "")
+    for fix in flight.fixes:
+        _text(track, "gx:coord", _at(fix.lat_deg, fix.lon_deg, fix.height_m, " "))
 
 
 def _kml_waypoint(folder: ET.Element, flight: FlightFile, number: int, one: Waypoint) -> None:
@@ -78,7 +79,7 @@ def _kml_waypoint(folder: ET.Element, flight: FlightFile, number: int, one: Wayp
         _text(ET.SubElement(place, "TimeStamp"), "when", moment)
     point = ET.SubElement(place, "Point")
     _text(point, "altitudeMode", "relativeToGround")
-    _text(point, "coordinates", _coordinates(flight, one, ","))
+    _text(point, "coordinates", _at(one.lat_deg, one.lon_deg, flight.height_m, ","))
 
 
 def _placemark(parent: ET.Element, name: str, style: str | None = None) -> ET.Element:
@@ -89,19 +90,17 @@ def _placemark(parent: ET.Element, name: str, style: str | None = None) -> ET.El
     return place
 
 
-def _gpx_point(
-    parent: ET.Element, tag: str, flight: FlightFile, one: Waypoint, time_s: float
-) -> ET.Element:
-    point = ET.SubElement(parent, tag, lat=f"{one.lat_deg:.7f}", lon=f"{one.lon_deg:.7f}")
-    _text(point, "ele", f"{flight.height_m:.1f}")
-    moment = flight.utc(time_s)
+def _gpx_point(parent: ET.Element, tag: str, flight: FlightFile, fix: Fix) -> ET.Element:
+    point = ET.SubElement(parent, tag, lat=f"{fix.lat_deg:.7f}", lon=f"{fix.lon_deg:.7f}")
+    _text(point, "ele", f"{fix.height_m:.1f}")
+    moment = flight.utc(fix.time_s)
     if moment is not None:
         _text(point, "time", moment)
     return point
 
 
-def _coordinates(flight: FlightFile, one: Waypoint, between: str) -> str:
-    return between.join([f"{one.lon_deg:.7f}", f"{one.lat_deg:.7f}", f"{flight.height_m:.1f}"])
+def _at(lat_deg: float, lon_deg: float, height_m: float, between: str) -> str:
+    return between.join([f"{lon_deg:.7f}", f"{lat_deg:.7f}", f"{height_m:.1f}"])
 
 
 def _text(parent: ET.Element, tag: str, text: str) -> None:

@@ -26,11 +26,12 @@ TOUCH_M = 1e-6  # by which rounding may carry a flight over an edge
 
 @dataclass(frozen=True, eq=False)
 class Airspace:
-    """No-fly areas, a fence that the UAV never leaves, and where it searches; None: not given."""
+    """No-fly areas, what the UAV never leaves, and where it searches; None: not given."""
 
     no_fly: Area | None = None
     fence: Area | None = None
     within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
+    link: Area | None = None  # where its radio reaches it, which it never leaves
     _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -38,10 +39,10 @@ class Airspace:
         """All that may be flown over, with the margin kept."""
         import shapely
 
-        if self.fence is None:
-            free = shapely.box(-FAR_M, -FAR_M, FAR_M, FAR_M)
-        else:
-            free = _grown(self.fence, -MARGIN_M)
+        free = shapely.box(-FAR_M, -FAR_M, FAR_M, FAR_M)
+        for kept in (self.fence, self.link):
+            if kept is not None:
+                free = free.intersection(_grown(kept, -MARGIN_M))
         if self.no_fly is not None:
             free = free.difference(_grown(self.no_fly, MARGIN_M))
         shapely.prepare(free)
@@ -76,7 +77,10 @@ class Airspace:
             return ""
         near = shapely.Point(place).buffer(MARGIN_M)
         inside = self.no_fly is not None and self.no_fly.intersects(near)
-        return "in a no-fly area or at its edge" if inside else "outside the fence or at its edge"
+        if inside:
+            return "in a no-fly area or at its edge"
+        beyond = self.link is not None and not self.link.covers(near)
+        return "beyond uav.link_m" if beyond else "outside the fence or at its edge"
 
     def connects(self, place: Point, other: Point) -> bool:
         """Tell whether the UAV may fly from one place to another in some way."""
@@ -167,7 +171,7 @@ class Airspace:
         Raises
         ------
         InputError
-            If it flies through a no-fly area, or leaves the fence.
+            If it flies through a no-fly area, leaves the fence, or gets too far from its start.
         """
         import shapely
 
@@ -176,6 +180,8 @@ class Airspace:
             raise InputError("the flight leads through a no-fly area of [airspace]; plan again")
         if self.fence is not None and not _grown(self.fence, TOUCH_M).covers(line):
             raise InputError("the flight leaves the fence of [airspace]; plan again")
+        if self.link is not None and not _grown(self.link, TOUCH_M).covers(line):
+            raise InputError("the flight gets farther from its start than uav.link_m; plan again")
 
 
 def _polygons(area: Area) -> Area:

@@ -15,6 +15,7 @@ from planner.flight.airspace import Airspace
 from planner.flight.law import FlightLaw, TimedFlight, timed
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
 from planner.flight.track import Track
+from planner.flight.turning import LONGEST_TURN, Turned, merged, turned
 from planner.flight.ways import Point
 
 OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
@@ -39,16 +40,26 @@ class Battery:
             return np.array([self.home_m])
         return np.array(self.airspace.way_from_flight(place, self.home_m)[1:])
 
-    def home_s(self, xy_m: Floats, law: FlightLaw) -> Floats:
-        """Return the seconds from places, (..., 2) metres, to the ground at home."""
+    def home_s(self, xy_m: Floats, law: FlightLaw, *, turns: bool = False) -> Floats:
+        """Return the seconds from places, (..., 2) metres, to the ground at home.
+
+        Parameters
+        ----------
+        turns
+            Whether it turns for home even above it, as it has to a moment after it has left.
+        """
         if self.home_m is None:
             return np.full(np.shape(xy_m)[:-1], law.descend_s)
         away_m, corners = self._away(xy_m)
         speed = law.speed_mps - self.headwind_mps
         flies_s = away_m / speed if speed > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
-        turns_s = TURNS * law.speed_mps / law.acceleration_mps2
-        stops_s = corners * (law.speed_mps / law.acceleration_mps2)
-        return np.asarray(flies_s + np.where(away_m > 0.0, turns_s, 0.0) + law.descend_s + stops_s)
+        stop_s = law.speed_mps / law.acceleration_mps2
+        turns_s, corner_s = TURNS * stop_s, stop_s
+        if not law.can_hover and speed > 0.0:
+            corner_s += LONGEST_TURN * law.turn_radius_m / speed
+            turns_s = corner_s
+        away_s = np.where((away_m > 0.0) | turns, turns_s, 0.0) + corners * corner_s
+        return np.asarray(flies_s + away_s + law.descend_s)
 
     def _away(self, xy_m: Floats) -> tuple[Floats, Floats]:
         """Return how far places are from home, metres, and the corners on the way."""
@@ -100,13 +111,17 @@ def home_in_time(
     flight = timed(xy_m, hold_s, law)
     after_s, places = track_points(xy_m, flight, law)
     left_s = battery.lasts_s - battery.reserve_s - law.climb_s - after_s
-    spare_s = left_s - battery.home_s(places, law)
-    short = np.flatnonzero(spare_s < 0.0)
+    short = np.flatnonzero(left_s < battery.home_s(places, law))
     if len(short):
+        spare_s = left_s - battery.home_s(places, law, turns=True)
         turn_s = _turn(after_s, spare_s, int(short[0]))
         xy_m, hold_s = _cut(xy_m, hold_s, flight, (after_s, places), turn_s)
     way = battery.way_home((float(xy_m[-1, 0]), float(xy_m[-1, 1])))
-    return np.vstack([xy_m, way]), np.append(hold_s, np.zeros(len(way)))
+    if law.can_hover or len(way) == 0:
+        return np.vstack([xy_m, way]), np.append(hold_s, np.zeros(len(way)))
+    last = max(0, len(xy_m) - 2)
+    home = turned(np.vstack([xy_m[last:], way]), np.zeros(len(xy_m) - last + len(way)), law)
+    return np.vstack([xy_m[:last], home.xy_m]), np.append(hold_s[:last], home.hold_s)
 
 
 def _length(xy_m: Floats, leg: int) -> float:
@@ -147,7 +162,7 @@ def _turn(after_s: Floats, spare_s: Floats, first_short: int) -> float:
     if first_short == 0:
         return 0.0
     before, after = float(spare_s[first_short - 1]), float(spare_s[first_short])
-    share = before / (before - after)
+    share = max(0.0, before / (before - after))
     from_s, to_s = after_s[first_short - 1 : first_short + 1].tolist()
     return float(from_s + share * (to_s - from_s))
 
@@ -193,12 +208,15 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
 def _track_flown(
     line: "_Line", legs: tuple[FlownLeg, ...], law: FlightLaw, battery: Battery
 ) -> tuple[Track, tuple[FlownLeg, ...]]:
-    up_s, xy_m, hold_s = float(line.time_s[0]), line.xy_m, line.hold_s
+    up_s = float(line.time_s[0])
+    line = _Line(*(column[merged(line.xy_m, line.hold_s, law)] for column in line))
+    way = turned(line.xy_m, line.hold_s, law)
+    xy_m, hold_s = way.xy_m, way.hold_s
     if len(xy_m) > 1:
         xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
     lands = battery.home_m is not None
     track, flight = line_flown(xy_m, hold_s, law, up_s=up_s, lands=lands)
-    return track, _legs_flown(line, legs, up_s, (xy_m, flight))
+    return track, _legs_flown(line, way, legs, up_s, (xy_m, flight))
 
 
 def line_flown(
@@ -229,15 +247,20 @@ def line_flown(
 
 
 def _legs_flown(
-    line: "_Line", legs: tuple[FlownLeg, ...], up_s: float, flown: tuple[Floats, TimedFlight]
+    line: "_Line",
+    way: Turned,
+    legs: tuple[FlownLeg, ...],
+    up_s: float,
+    flown: tuple[Floats, TimedFlight],
 ) -> tuple[FlownLeg, ...]:
     """Return the legs that are flown to their ends: what was planned at a place is done there."""
     xy_m, flight = flown
-    many = min(len(xy_m), len(line.xy_m))
-    same = np.all(xy_m[:many] == line.xy_m[:many], axis=1)
-    kept = int(np.argmin(np.append(same, False)))
+    many = min(len(xy_m), len(way.xy_m))
+    same = np.all(xy_m[:many] == way.xy_m[:many], axis=1)
+    kept = int(np.searchsorted(way.leaves, np.argmin(np.append(same, False))))
     planned_s = np.stack([line.time_s, line.time_s + line.hold_s], axis=1)[:kept].ravel()
-    flown_s = up_s + np.stack([flight.arrives_s, flight.leaves_s], axis=1)[:kept].ravel()
+    there = flight.arrives_s[way.arrives[:kept]], flight.leaves_s[way.leaves[:kept]]
+    flown_s = up_s + np.stack(there, axis=1).ravel()
 
     def at(*times_s: float) -> list[float]:
         return [float(one) for one in np.interp(times_s, planned_s, flown_s)]

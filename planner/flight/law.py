@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.arrays import Floats, Frozen, freeze
 from planner.checked import number, set_fields
+from planner.errors import InputError
 
 STRAIGHT = 0.99999  # sine of half the angle between two legs, beyond which there is no corner
 NO_WIND = (0.0, 0.0)
@@ -21,7 +22,7 @@ NO_WIND = (0.0, 0.0)
 
 @dataclass(frozen=True)
 class FlightLaw:
-    """What decides how long a multicopter takes; infinite rates are those of the ideal aircraft."""
+    """What decides how long an aircraft takes; infinite rates are those of the ideal one."""
 
     speed_mps: float  # through the air
     acceleration_mps2: float = math.inf
@@ -29,15 +30,41 @@ class FlightLaw:
     climb_mps: float = math.inf
     descend_mps: float = math.inf
     altitude_m: float = 0.0  # above where it takes off
+    min_speed_mps: float = 0.0  # through the air; above 0 it cannot hover
     wind_mps: tuple[float, float] = NO_WIND  # where the air moves to, east and north
 
     def __post_init__(self) -> None:
         rates = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
         found = {name: number(name, getattr(self, name), above=0.0, ends=False) for name in rates}
         found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
-        found["altitude_m"] = number("altitude_m", self.altitude_m, least=0.0)
+        for name in ("altitude_m", "min_speed_mps"):
+            found[name] = number(name, getattr(self, name), least=0.0)
+        if found["min_speed_mps"] > found["speed_mps"]:
+            raise InputError("min_speed_mps: is more than speed_mps; give a lower one")
+        if found["min_speed_mps"] and math.isinf(self.acceleration_mps2 * self.corner_m):
+            raise InputError("min_speed_mps: goes with acceleration_mps2 and corner_m; give them")
         east, north = (number("wind_mps", one) for one in self.wind_mps)
         set_fields(self, {**found, "wind_mps": (east, north)})
+
+    @property
+    def can_hover(self) -> bool:
+        """Whether it can stand still in the air, and so stop at a corner."""
+        return self.min_speed_mps == 0.0
+
+    @property
+    def least_ground_mps(self) -> float:
+        """The greatest speed over ground that it may have, whatever it does, in some direction."""
+        return self.min_speed_mps + math.hypot(*self.wind_mps)
+
+    @property
+    def least_radius_m(self) -> float:
+        """The radius of the tightest turn that it can fly in all directions."""
+        return self.least_ground_mps**2 / self.acceleration_mps2
+
+    @property
+    def turn_radius_m(self) -> float:
+        """The radius of the tightest turn that it can fly at its speed in all directions."""
+        return (self.speed_mps + math.hypot(*self.wind_mps)) ** 2 / self.acceleration_mps2
 
     @property
     def climb_s(self) -> float:
@@ -99,7 +126,9 @@ class TimedFlight(Frozen):
 
 
 def timed(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> TimedFlight:
-    """Return when an aircraft that starts and ends at rest is at the waypoints of a line.
+    """Return when an aircraft is at the waypoints of a line.
+
+    It starts and ends at rest, or at full speed if it cannot hover.
 
     Parameters
     ----------
@@ -136,6 +165,8 @@ def _passing_speeds(
     """
     last, rate = len(length_m), law.acceleration_mps2
     passes = [0.0] * (last + 1)
+    if not law.can_hover and last > 0:
+        passes[0], passes[-1] = top[0], top[-1]
     for i in range(1, last):
         if hold_s[i] <= 0.0:
             (ax, ay), (bx, by) = direction[i - 1], direction[i]

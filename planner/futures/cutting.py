@@ -2,7 +2,8 @@
 
 A cut recording is the same, byte for byte, as one that is made anew: particles do not depend on how
 many there are or on the horizon, their motion up to a time not on what comes after it, and neither
-do their knots up to a multiple of `KNOT_EVERY_S`. What cannot be cut exactly is recorded anew.
+do their knots up to a multiple of `KNOT_EVERY_S`. What cannot be cut exactly is recorded anew. For
+the same reason a recording may begin with the particles of a smaller one.
 """
 
 import logging
@@ -104,6 +105,25 @@ def cut_from_sibling(
     return None
 
 
+def begun_by_sibling(
+    folder: Path, recipe: Drawn, read: Callable[[Path], Futures]
+) -> Futures | None:
+    """Return the first particles of a recording that is to be, from the largest that has only them.
+
+    Parameters
+    ----------
+    folder, read
+        As `cut_from_sibling` takes them.
+    """
+    smaller = (one for one in siblings_of(folder) if one.horizon_s == recipe.horizon_s)
+    for sibling in reversed([one for one in smaller if one.particles < recipe.count]):
+        found = _whole(sibling, read)
+        if found is not None:
+            log.info("begins with a recording of %s", sibling)
+            return found
+    return None
+
+
 def _obstacle(sibling: Sibling, recipe: Drawn) -> str:
     """Return why a recording cannot be cut to what a recipe makes; empty where it can."""
     if sibling.particles < recipe.count:
@@ -132,13 +152,8 @@ def _cut(
     sibling: Sibling, recipe: Drawn, particles: Particles, read: Callable[[Path], Futures]
 ) -> Futures | None:
     """Return the part of a recording that a recipe makes; None if it is damaged."""
-    if not is_whole(sibling.folder):
-        return None
-    try:
-        whole = read(sibling.folder)
-    except (InputError, OSError):  # another command may have removed it meanwhile
-        return None
-    if len(whole) != sibling.particles:
+    whole = _whole(sibling, read)
+    if whole is None:
         return None
     part = whole.take(np.arange(recipe.count))
     if recipe.horizon_s < sibling.horizon_s:
@@ -152,3 +167,14 @@ def _cut(
         gone=particles.gone_after(part.end_s),
         target=particles.target,
     )
+
+
+def _whole(sibling: Sibling, read: Callable[[Path], Futures]) -> Futures | None:
+    """Return the futures of a recording; None if it is damaged."""
+    if not is_whole(sibling.folder):
+        return None
+    try:
+        found = read(sibling.folder)
+    except (InputError, OSError):  # another command may have removed it meanwhile
+        return None
+    return found if len(found) == sibling.particles else None

@@ -27,15 +27,23 @@ class Kept:
         How many there will be.
     folder
         Where parts are kept; what lies there from before is taken up.
+    begun
+        The first particles, if they are recorded elsewhere.
     """
 
-    def __init__(self, count: int, folder: Path | None = None) -> None:
+    def __init__(
+        self, count: int, folder: Path | None = None, begun: Futures | None = None
+    ) -> None:
         self.count, self._folder = count, folder
         self._parts: list[tuple[Offsets, Futures]] = []
         self._there = np.zeros(count, dtype=bool)
         for particles, part in _found(folder) if folder else ():
             if particles.max() < count and not self._there[particles].any():
                 self._add(particles, part)
+        if begun is not None:
+            some = self.missing[self.missing < len(begun)]
+            if len(some):
+                self._add(some, begun.take(some))
 
     @property
     def missing(self) -> Offsets:

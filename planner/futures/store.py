@@ -18,7 +18,12 @@ from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.files import results_written_whole
-from planner.futures.cutting import cut_from_sibling, may_be_cut, sized_name
+from planner.futures.cutting import (
+    begun_by_sibling,
+    cut_from_sibling,
+    may_be_cut,
+    sized_name,
+)
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
@@ -63,7 +68,8 @@ def recorded(
 ) -> Recording:
     """Return the futures of particles from the cache; they are drawn and driven once only.
 
-    In towns they are cut from a larger recording where one is there that holds them.
+    In towns they are cut from a larger recording where one is there that holds them, or begin with
+    those of a smaller one.
 
     Parameters
     ----------
@@ -82,12 +88,13 @@ def recorded(
     particles = recipe.particles(network)
     with held(unfinished):
         if _there(folder, network) is None:  # another command may have recorded the same meanwhile
-            futures = None
+            futures, begun = None, None
             if may_be_cut(recipe, network):
                 read = partial(_futures_in, network)
                 futures = cut_from_sibling(folder, recipe, particles, read)
+                begun = begun_by_sibling(folder, recipe, read) if futures is None else None
             if futures is None:
-                kept = Kept(len(particles), unfinished)
+                kept = Kept(len(particles), unfinished, begun)
                 futures = _driven(kept, network, particles, recipe.horizon_s, how)
             with results_written_whole(folder, force=True) as new:
                 write_recording(new, futures, particles, network, described)

@@ -3,7 +3,7 @@
 import math
 
 from planner.flight.law import NO_WIND, Aircraft, FlightLaw
-from planner.scenario.sections import UavSection
+from planner.scenario.uav import UavSection
 
 UNKNOWN_WIND_MPS = 5.0  # from the worst side, for the way home alone
 
@@ -20,6 +20,7 @@ def aircraft_of(uav: UavSection) -> Aircraft | None:
         climb_mps=uav.climb_mps or math.inf,
         descend_mps=uav.descend_mps or math.inf,
         altitude_m=uav.altitude_m,
+        min_speed_mps=0.0 if uav.can_hover else uav.min_speed_mps or 0.0,
         wind_mps=NO_WIND if wind is None else _blowing(wind.speed_mps, wind.from_deg),
     )
     return Aircraft(law, uav.kept_s, UNKNOWN_WIND_MPS if wind is None else wind.speed_mps)

@@ -7,16 +7,24 @@ from planner.errors import Fault, InputError
 from planner.flight.airspace import Airspace
 from planner.flight.areas import area_of_file, area_of_points
 from planner.flight.ways import Area, Point
+from planner.mission.uav_places import start_xy
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import missing_areas
 from planner.scenario.sections import AirspaceSection
+from planner.scenario.uav import UavSection
 
 
 def airspace_of(
-    section: AirspaceSection | None, folder: Path, network: RoadNetwork
+    section: AirspaceSection | None, folder: Path, network: RoadNetwork, link: Area | None = None
 ) -> tuple[Airspace | None, list[Fault]]:
-    """Return a scenario's airspace on its network, None where nothing is said, and its faults."""
-    areas: dict[str, Area] = {}
+    """Return a scenario's airspace on its network, None where nothing is said, and its faults.
+
+    Parameters
+    ----------
+    link
+        Where the UAV's radio reaches; None: everywhere.
+    """
+    areas: dict[str, Area] = {} if link is None else {"link": link}
     faults: list[Fault] = []
     given = section.model_dump(exclude_none=True) if section else {}
     if section and any(missing_areas(section, folder)):
@@ -35,6 +43,22 @@ def airspace_of(
     return (Airspace(**areas) if areas and not faults else None), faults
 
 
+def link_of(uav: UavSection, network: RoadNetwork) -> Area | None:
+    """Return where a UAV's radio reaches: a circle around its start, cut at the corners."""
+    import shapely
+
+    if uav.link_m is None:
+        return None
+    return shapely.Point(start_xy(uav.start, network)).buffer(uav.link_m)
+
+
+def within_link(airspace: Airspace | None, link: Area | None) -> Airspace | None:
+    """Return an airspace for a UAV whose radio reaches elsewhere; None: everywhere."""
+    if airspace is None:
+        return None if link is None else Airspace(link=link)
+    return Airspace(airspace.no_fly, airspace.fence, airspace.within, link)
+
+
 def place_faults(
     airspace: Airspace, network: RoadNetwork, start: Point, home: Point | None
 ) -> Iterator[Fault]:
@@ -48,4 +72,8 @@ def place_faults(
     elif home is not None and not airspace.connects(start, home):
         yield Fault("uav.return_to", "cannot be flown to within [airspace]; land elsewhere")
     if not airspace.roads_searched(network, start).any():
-        yield Fault("airspace", "leaves no road to be searched; correct its areas")
+        if airspace.link is None:
+            yield Fault("airspace", "leaves no road to be searched; correct its areas")
+        else:
+            text = "leaves no road to be searched; give more, or correct [airspace]"
+            yield Fault("uav.link_m", text)

@@ -49,10 +49,4 @@ def _far(opened: OpenScenario) -> Iterator[str]:
 
 def off_roads_m(network: RoadNetwork, xy_m: Floats) -> float:
     """Return how far a place, (2,) metres, lies from the nearest road, metres."""
-    begin, end = network.shape_xy_m[:-1], network.shape_xy_m[1:]
-    within = np.ones(len(begin), bool)
-    within[network.first_point[1:-1] - 1] = False  # from one road to the next
-    begin, step = begin[within], (end - begin)[within]
-    square = np.maximum(np.einsum("ij,ij->i", step, step), 1e-12)
-    share = np.clip(np.einsum("ij,ij->i", xy_m - begin, step) / square, 0.0, 1.0)
-    return float(np.linalg.norm(begin + share[:, None] * step - xy_m, axis=1).min())
+    return network.road_lines.nearest(xy_m).away_m

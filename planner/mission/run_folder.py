@@ -18,9 +18,14 @@ from planner.scenario.source import there_now
 # What `planner plan` and `planner fly` write; a certificate's files are named where it is written.
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
+PAGE = "page.html"
 # Keys of the record, if the plan is for --futures: the file, and its time that is time 0.
 OWN_FUTURES, OWN_BEGIN = "futures_path", "futures_begin_s"
-RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS)
+OTHER_TARGETS = (
+    "these targets are drawn from the scenario's belief; the plan was made on --futures, "
+    "which may differ"
+)
+RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS, PAGE)
 
 
 def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:

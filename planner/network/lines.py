@@ -11,6 +11,14 @@ from planner.arrays import Floats, Frozen, Ints, Offsets, first_rows, freeze
 AT_ONCE = 1 << 18  # pairs of parts whose distance is worked out in one go
 
 
+class Nearest(NamedTuple):
+    """The place on lines that is nearest to another one."""
+
+    line: int
+    xy_m: Floats  # (2,) metres
+    away_m: float
+
+
 class Parts(NamedTuple):
     """Straight parts of lines."""
 
@@ -66,6 +74,15 @@ class Lines(Frozen):
         a, b = self.xy_m[point], self.xy_m[point + 1]
         return np.asarray(a + (b - a) * share[..., None])
 
+    def nearest(self, xy_m: Floats) -> Nearest:
+        """Return the place on any of the lines that is nearest to one, (2,) metres."""
+        start_m, end_m, line = self.parts()
+        step_m, offset_m = end_m - start_m, xy_m - start_m
+        share = _share(offset_m, step_m)
+        away_m = np.hypot(*(offset_m - step_m * share[:, None]).T)
+        k = int(np.argmin(away_m))
+        return Nearest(int(line[k]), start_m[k] + share[k] * step_m[k], float(away_m[k]))
+
     def parts(self, longest_m: float = np.inf) -> Parts:
         """Return the straight parts of all lines in order, cut into equal ones where too long."""
         start = np.delete(np.arange(len(self.xy_m)), self.first_point[1:] - 1)
@@ -114,6 +131,11 @@ class Lines(Frozen):
 
 def _away(offset_m: Floats, step_m: Floats) -> Floats:
     """Return the distances of places from straight parts, all seen from the parts' starts."""
-    long2 = np.maximum((step_m * step_m).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip((offset_m * step_m).sum(axis=1) / long2, 0.0, 1.0)
+    share = _share(offset_m, step_m)
     return np.asarray(np.hypot(*(offset_m - step_m * share[:, None]).T))
+
+
+def _share(offset_m: Floats, step_m: Floats) -> Floats:
+    """Return how far along straight parts they are nearest to places, (S,) from 0 to 1."""
+    long2 = np.maximum((step_m * step_m).sum(axis=1), np.finfo(float).tiny)
+    return np.asarray(np.clip((offset_m * step_m).sum(axis=1) / long2, 0.0, 1.0))

@@ -96,8 +96,15 @@ def plan_picture(
         figure.text(6.9 / 12.8, (wide + 0.595) / figure.get_figheight(), note, size=9.5)
 
 
-def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str = "") -> None:
+def where_picture(
+    path: Path, network: RoadNetwork, state: State, *, title: str = "", flown: Track | None = None
+) -> None:
     """Draw where the target may be: roads coloured by probability, discs where particles are.
+
+    Parameters
+    ----------
+    flown
+        A flight that has not seen it; where its sensor was on is a thin line.
 
     Raises
     ------
@@ -113,12 +120,26 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
         view = view_of_state(network, state)
         _colour_roads(axes, network, view, probability, axes_at(figure, 6.4, 1.3, 0.16, 4.0))
         draw_targets(axes, view, state.xy_m, state.weight, colour="black", points=200.0)
+        if flown is not None:
+            _draw_seen(axes, view, flown, state.time_s)
         view.frame(axes, numbered=True)
         axes.set_title(
             f"{clock(state.time_s)}; on the map with probability {state.weight.sum():.1%}\n"
-            "discs: particles, area is probability",
+            f"discs: particles, area is probability{'; line: flown' if flown else ''}",
             loc="left",
         )
+
+
+def _draw_seen(axes: "Axes", view: View, track: Track, until_s: float) -> None:
+    """Draw where a flight has been by a time while its sensor was on."""
+    from matplotlib.collections import LineCollection
+
+    lines = []
+    for from_s, to_s in np.minimum(track.sensor_on, until_s).tolist():
+        inner = track.time_s[(track.time_s > from_s) & (track.time_s < to_s)]
+        lines.append(view.place(track.xy(np.array([from_s, *inner, to_s]))))
+    shown = LineCollection(lines, colors=UAV_COLOUR, linewidths=0.9, alpha=0.8, zorder=2)
+    axes.add_collection(shown, autolim=False)
 
 
 def _colour_roads(

@@ -13,8 +13,8 @@ from planner.scenario.sections import (
     Scenario,
     SearchSection,
     TargetSection,
-    UavSection,
 )
+from planner.scenario.uav import UavSection
 
 # The keys that checks across sections depend on.
 HORIZON_KEYS = (
@@ -102,6 +102,14 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
     if uav.acceleration_mps2 is not None and uav.corner_m is None:
         text = "says nothing without uav.corner_m; give both, such as corner_m = 2"
         yield Fault("uav.acceleration_mps2", text)
+    if not uav.can_hover:
+        for key in ("min_speed_mps", "acceleration_mps2"):
+            if getattr(uav, key) is None:
+                text = "is missing; an aircraft that cannot hover turns by it: give both, with"
+                yield Fault(f"uav.{key}", f"{text} uav.corner_m")
+    if uav.min_speed_mps is not None and uav.min_speed_mps > uav.speed_mps:
+        text = f"is more than uav.speed_mps, {as_written(uav.speed_mps)} m/s; give a lower one"
+        yield Fault("uav.min_speed_mps", f"{text}, or fly faster")
     if uav.wind is not None and uav.wind.speed_mps >= uav.speed_mps:
         text = f"is no slower than the UAV, {as_written(uav.speed_mps)} m/s, which drifts away"
         yield Fault("uav.wind.speed_mps", f"{text}; wait for less wind")

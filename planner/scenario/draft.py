@@ -13,6 +13,7 @@ from typing import Any
 from planner.errors import Fault, ScenarioError
 from planner.messages import as_written, suggestion
 from planner.scenario import checks
+from planner.scenario.aircraft_file import aircraft_written_out
 from planner.scenario.faults import faults_of
 from planner.scenario.profiles import inherited, written_out
 from planner.scenario.sections import (
@@ -25,10 +26,10 @@ from planner.scenario.sections import (
     SearchSection,
     SensorSection,
     TargetSection,
-    UavSection,
 )
 from planner.scenario.source import Source, read_source
 from planner.scenario.target_checks import sampling_faults, target_faults
+from planner.scenario.uav import UavSection
 from planner.scenario.values import Section
 
 GOING = ("profile", "goes", "turning")  # in [truth], in place of the target's mixture
@@ -176,6 +177,12 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
             faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
     if "profile" in truth:
         truth = {**tables["truth"], **truth}
+    if isinstance(tables["uav"], dict) and not source.of_run:
+        net = tables["network"]
+        abstract = isinstance(net, dict) and net.get("abstract") is True
+        tables["uav"] = aircraft_written_out(
+            tables["uav"], source.folder, faults, abstract=abstract
+        )
     return str(title), tables, truth
 
 

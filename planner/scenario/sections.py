@@ -13,9 +13,9 @@ from pydantic import Field
 from planner.scenario.areas import Area
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
+from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
-    Distance,
     Distances,
     DistributionSection,
     Moment,
@@ -29,15 +29,9 @@ from planner.scenario.values import (
     Tick,
     Tolerance,
     Turning,
-    UavLanding,
-    UavRate,
-    UavSpeed,
-    UavStart,
-    Wind,
 )
 
 OF_SUMO = "sumo:"  # begins a path below the folder of the SUMO that is installed
-RESERVE = 0.2  # of a real aircraft's time in the air, if nothing is said
 OF_OSM = "© OpenStreetMap contributors"  # whose data an extract of OpenStreetMap is
 
 
@@ -164,73 +158,6 @@ class Component(TargetSection):
     )
 
 
-class UavSection(Section):
-    """The UAV; its times count from now; `Scenario.take_off_s` is on the target's clock."""
-
-    stand_in: ClassVar[dict[str, Any]] = {"start": {"x_m": 0, "y_m": 0}}
-
-    speed_mps: UavSpeed = Field(default=100.0, description="the UAV's speed in m/s, such as 100")
-    altitude_m: Distance = Field(default=150.0, description="the flight altitude in metres")
-    start: UavStart = Field(
-        description="{ x_m = 0, y_m = 0 }, { lon = 13.52, lat = 52.43 } or { node = NAME, "
-        "bearing_deg = 315, distance_m = 0 }"
-    )
-    take_off_s: Seconds = Field(default=0.0, description="seconds or H:M:S from now to take-off")
-    max_flight_time_s: PositiveSeconds | None = Field(
-        default=None,
-        description="the longest flight as seconds or H:M:S, or leave it out for no limit",
-    )
-    return_to: UavLanding | None = Field(
-        default=None,
-        description='where it has to land: "start", { node = NAME }, { x_m = 0, y_m = 0 } or '
-        "{ lon = 13.52, lat = 52.43 }, or leave it out for anywhere",
-    )
-    acceleration_mps2: UavRate | None = Field(
-        default=None,
-        description="how fast it speeds up and brakes in m/s2, such as 1.4; left out: at once",
-    )
-    corner_m: UavRate | None = Field(
-        default=None,
-        description="how near it has to pass each corner in metres, such as 2; goes with "
-        "acceleration_mps2",
-    )
-    climb_mps: UavRate | None = Field(
-        default=None, description="how fast it climbs in m/s, such as 2.5, or leave it out: at once"
-    )
-    descend_mps: UavRate | None = Field(
-        default=None, description="how fast it comes down in m/s, such as 1.5, or leave it out"
-    )
-    reserve_s: Seconds | None = Field(
-        default=None,
-        description="how much of max_flight_time_s is left when it lands, as seconds or H:M:S; a "
-        "fifth for a real aircraft if left out",
-    )
-    wind: Wind | None = Field(
-        default=None,
-        description="{ speed_mps = 5, from_deg = 270 }; left out, a real aircraft keeps enough to "
-        "come home against 5 m/s",
-    )
-
-    @property
-    def kept_s(self) -> float:
-        """How much of its time in the air it keeps for the end, seconds."""
-        if self.reserve_s is not None:
-            return self.reserve_s
-        return RESERVE * (self.max_flight_time_s or 0.0) if self.is_real else 0.0
-
-    @property
-    def spent_s(self) -> float:
-        """How much of its time in the air is not for the search, seconds."""
-        vertical = [rate for rate in (self.climb_mps, self.descend_mps) if rate is not None]
-        return self.kept_s + sum(self.altitude_m / rate for rate in vertical)
-
-    @property
-    def is_real(self) -> bool:
-        """Whether anything is said of how it flies; else it is the paper's ideal aircraft."""
-        said = (self.acceleration_mps2, self.climb_mps, self.descend_mps, self.reserve_s, self.wind)
-        return any(one is not None for one in said)
-
-
 class SensorSection(Section):
     """The perfect sensor."""
 
@@ -309,6 +236,11 @@ class SearchSection(Section):
         default=None,
         description="true if the best plan may leave the roads, else false; left out: in towns "
         "it may, on abstract nets not",
+    )
+    targets: Annotated[int, Field(ge=1)] | None = Field(
+        default=None,
+        description="on how many fresh targets a plan is evaluated, or leave it out: 4000, fewer "
+        "in towns",
     )
     planning_time_s: Seconds = Field(
         default=0.0, description="the time charged for planning by simulation, as seconds or H:M:S"

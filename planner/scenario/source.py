@@ -43,6 +43,7 @@ class Source:
     tables: Tables
     faults: tuple[Fault, ...]
     parsed: bool = True  # False: the file is not TOML, so nothing else is known
+    of_run: bool = False  # whether it is what a run kept, with its aircraft written out
 
     @property
     def folder(self) -> Path:
@@ -112,7 +113,8 @@ def read_source(
         If there is no such scenario.
     """
     path = scenario_path(place)
-    if path.suffix == ".json":
+    of_run = path.suffix == ".json"
+    if of_run:
         path, tables = _of_run(path)
         fault = None
     else:
@@ -129,7 +131,10 @@ def read_source(
         _apply_preset(tables, preset, presets, faults)
     for override in overrides:
         _apply_override(tables, override, faults)
-    return Source(path, tables, tuple(faults))
+        if of_run and override.replace(" ", "").startswith("uav.aircraft="):
+            text = "of a run is written out; name the scenario in place of the run to change it"
+            faults.append(Fault("uav.aircraft", text))
+    return Source(path, tables, tuple(faults), of_run=of_run)
 
 
 def _parsed(path: Path) -> tuple[Tables, Fault | None]:

@@ -15,6 +15,7 @@ from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from support.cases import some_in_the_gate
 from support.search_instances import random_problem
 
 BELOW = 1e-3  # of a unit of reward: how much the cheap particle costs less than it earns
@@ -40,7 +41,7 @@ def most_seen(problem: Problem, rng: np.random.Generator, many: int) -> Floats:
     return most
 
 
-@pytest.mark.parametrize("seed", range(48))
+@pytest.mark.parametrize("seed", some_in_the_gate(48, 20))
 def test_the_earliest_sighting_is_offered(seed: int) -> None:
     problem, rng = random_problem(seed, particles=12), np.random.default_rng(seed)
     problem = problem.replace(objective=Objective(700.0, 500.0 if seed % 5 == 0 else None))

@@ -15,6 +15,7 @@ from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from support.cases import some_in_the_gate
 from support.search_instances import driven, random_network, strayed
 
 Way = list[tuple[float, float]]
@@ -92,7 +93,7 @@ def enumerated(problem: Problem) -> tuple[float, Floats]:
     return float(weight @ best), best
 
 
-@pytest.mark.parametrize("seed", range(110))
+@pytest.mark.parametrize("seed", some_in_the_gate(110, 30))
 def test_the_bound_meets_the_optimum(seed: int) -> None:
     problem = small_problem(seed)
     optimum, earned = enumerated(problem)
@@ -110,7 +111,7 @@ def test_the_bound_meets_the_optimum(seed: int) -> None:
 
 
 @pytest.mark.parametrize("share", [0.3, 0.985])
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", some_in_the_gate(30, 12))
 def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
     """What the search knows of no good plan closes nothing that is worth more."""
     problem = small_problem(seed).replace(objective=Objective(400.0))
@@ -125,7 +126,7 @@ def test_a_poor_plan_does_not_lower_the_bound(seed: int, share: float) -> None:
         assert search.bound >= optimum - 1e-9 * problem.objective.most
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", some_in_the_gate(30, 12))
 def test_a_better_plan_is_met(seed: int) -> None:
     """Once nothing can be tighter, some beginning met earns what the best plan does, or nearly."""
     problem = small_problem(seed)

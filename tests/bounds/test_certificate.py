@@ -13,8 +13,6 @@ from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
 
-PLANS = 4000  # of each kind
-
 
 def value_of(problem: Problem, order: list[int]) -> float:
     track = plan_of_legs(problem, "", order).tracks[0]
@@ -38,11 +36,12 @@ def is_never_passed(problem: Problem, certificate: Certificate, value: float) ->
     return value <= certificate.bound + 1e-9
 
 
+@pytest.mark.parametrize("plans", [1000, pytest.param(4000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("distance_m", [0.0, 60_000.0, 180_000.0])
 @pytest.mark.parametrize("deadline", [False, True])
 @pytest.mark.parametrize("transit", [False, True])
 def test_thousands_of_plans_stay_behind_the_bound(
-    transit: bool, deadline: bool, distance_m: float
+    transit: bool, deadline: bool, distance_m: float, plans: int
 ) -> None:
     """Random ones, and ones that grow ever better by random changes to the plan certified."""
     rng = np.random.default_rng(int(distance_m) + 2 * transit + deadline)
@@ -54,11 +53,11 @@ def test_thousands_of_plans_stay_behind_the_bound(
     legs, best = len(problem.legs), rate_order(WhatIf(problem))
     certificate = certified(problem, plan_of_legs(problem, "", best), Effort(stop=WorkDone(60)))
     assert certificate.gap < 1.0
-    for _ in range(PLANS):
+    for _ in range(plans):
         order = rng.integers(legs, size=12).tolist()
         assert is_never_passed(problem, certificate, value_of(problem, order))
     best, best_value = list(best), certificate.value
-    for _ in range(PLANS):
+    for _ in range(plans):
         order = changed(best, legs, rng)
         value = value_of(problem, order)
         assert is_never_passed(problem, certificate, value)

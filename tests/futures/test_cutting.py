@@ -15,7 +15,16 @@ from planner.belief.recipe import Drawn
 from planner.belief.ways import quiet_streets
 from planner.futures import store
 from planner.futures.cutting import siblings_of
-from planner.futures.record import KNOT_EVERY_S, How, record, session_of
+from planner.futures.futures import Futures
+from planner.futures.kept import Kept
+from planner.futures.record import (
+    KNOT_EVERY_S,
+    SESSION,
+    How,
+    record,
+    record_into,
+    session_of,
+)
 from planner.futures.rides import Ride, drive_session
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import in_processes
@@ -62,17 +71,20 @@ def undriven(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(store, "record_into", lambda *_, **__: pytest.fail("recorded again"))
 
 
+@pytest.mark.parametrize("session", [20, pytest.param(SESSION, marks=pytest.mark.long)])
 @pytest.mark.parametrize("sampling", ["iid", "sobol"])
 def test_cut_and_recorded_anew_are_the_same(
     sampling: str,
+    session: int,
     empty_cache: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    network = town()
-    large = replace(recipe(network, 130, 1000.0), sampling=sampling)  # two sessions
-    sizes = [(130, 900.0), (101, 1000.0), (30, 600.0), (1, 300.0)]
+    network, count = town(), 13 * session // 10  # two sessions
+    monkeypatch.setattr("planner.futures.record.SESSION", session)
+    large = replace(recipe(network, count, 1000.0), sampling=sampling)
+    sizes = [(count, 900.0), (session + 1, 1000.0), (count // 4, 600.0), (1, 300.0)]
     smaller = [replace(large, count=n, horizon_s=horizon_s) for n, horizon_s in sizes]
     expected = [anew(some, network, tmp_path / str(k)) for k, some in enumerate(smaller)]
     made(large, network)
@@ -81,10 +93,11 @@ def test_cut_and_recorded_anew_are_the_same(
         for some, right in zip(smaller, expected, strict=True):
             assert files(made(some, network)) == right
     assert [line for line in caplog.messages if line.startswith("cut")] == [
-        "cut from a recording of 130 particles up to 1000 s",
-        "cut from a recording of 130 particles up to 1000 s",
-        "cut from a recording of 101 particles up to 1000 s",  # the smallest that will do
-        "cut from a recording of 30 particles up to 600 s",
+        f"cut from a recording of {count} particles up to 1000 s",
+        f"cut from a recording of {count} particles up to 1000 s",
+        # The smallest that will do.
+        f"cut from a recording of {session + 1} particles up to 1000 s",
+        f"cut from a recording of {count // 4} particles up to 600 s",
     ]
 
 
@@ -186,6 +199,29 @@ def test_what_cannot_be_cut_is_recorded_anew(
         found = files(made(other, network))
     assert lines_of(caplog) == told
     assert found == anew(other, network, tmp_path / "anew")
+
+
+@pytest.mark.parametrize("sampling", ["iid", "sobol"])
+def test_a_recording_grows_from_a_smaller_one(
+    sampling: str, empty_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = town()
+    drawn = recipe(network, 130, 300.0)  # two sessions, the first of which is parted
+    assert isinstance(drawn.prior, Prior)
+    parts = (replace(drawn.prior, stops=Stops(0.1, 0.6, 200.0)), drawn.prior)
+    large = replace(drawn, prior=Mixture(np.array([0.3, 0.7]), parts), sampling=sampling)
+    right = anew(large, network, tmp_path / "anew")
+    made(replace(large, count=40), network)
+    made(replace(large, count=20, horizon_s=600.0), network)  # not of the same time
+    driven: list[int] = []
+
+    def counting(kept: Kept, *rest: object) -> Futures:
+        driven.append(len(kept.missing))
+        return record_into(kept, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(store, "record_into", counting)
+    assert files(made(large, network)) == right
+    assert driven == [90]
 
 
 def test_speeds_drawn_by_road_are_cut_in_number_only(

@@ -53,7 +53,9 @@ def cars(network: RoadNetwork, n: int, *, seed: int, route_s: float = HORIZON_S)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("town", [berlin, luxembourg, signal_grid])
+@pytest.mark.parametrize(
+    "town", [berlin, pytest.param(luxembourg, marks=pytest.mark.long), signal_grid]
+)
 def test_the_clock_is_close_to_sumo(town: object) -> None:
     network: RoadNetwork = town()  # type: ignore[operator]
     # Some drive on to the horizon, and others arrive before it.

@@ -1,5 +1,6 @@
 """Nobody knows where in their cycle the signals are when a target sets out."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.network.signals import signal_cycle_s
 from planner.search.methods import method_named
 from planner.streams import stream
-from support.towns import luxembourg
+from support import towns
 
 HORIZON_S = 900.0
 
@@ -51,10 +52,18 @@ def test_the_scenario_says_whether_signals_are_known() -> None:
     assert known.truth_prior.signals_known
 
 
-@pytest.mark.slow
-def test_a_plan_is_worth_as_much_at_other_phases(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "town_of",
+    [
+        pytest.param(lambda _: towns.berlin(), id="berlin", marks=pytest.mark.slow),
+        pytest.param(towns.luxembourg, id="luxembourg", marks=pytest.mark.long),
+    ],
+)
+def test_a_plan_is_worth_as_much_at_other_phases(
+    town_of: Callable[[Path], OpenScenario], tmp_path: Path
+) -> None:
     """Fresh targets of another stream of phases are found as soon, within the interval."""
-    town = luxembourg(tmp_path)
+    town = town_of(tmp_path)
     opened = open_scenario(
         town.scenario.path, overrides=[f"search.horizon_s={HORIZON_S}", "uav.speed_mps=25"]
     )

@@ -56,6 +56,7 @@ def test_a_fork_is_a_fresh_sumo_among_actuated_signals(berlin: OpenScenario) -> 
     assert_fork_is_fresh(berlin, 5)
 
 
+@pytest.mark.long
 def test_a_fork_is_a_fresh_sumo_in_a_large_town(tmp_path: Path) -> None:
     assert_fork_is_fresh(luxembourg(tmp_path), 3)
 

@@ -55,6 +55,8 @@ def test_the_recorder_goes_by_the_table(monkeypatch: pytest.MonkeyPatch) -> None
         found = len(recorder.holdout().futures), len(recorder.evaluation().futures)
         assert found == sizes
         assert len(recorder.evaluation(3).futures) == 3
+        said = Recorder(open_scenario(TOWN, overrides=[*overrides, "search.targets=2"]), 1)
+        assert len(said.evaluation().futures) == 2
 
 
 def test_the_page_has_the_table() -> None:

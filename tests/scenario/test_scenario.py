@@ -39,7 +39,7 @@ def faults(
 
 
 def test_defaults_are_the_papers(folder: Path) -> None:
-    scenario = read_scenario(folder)
+    scenario = read_scenario(folder, overrides=["uav.aircraft=ideal"])
     assert scenario.target.speed_mps.uniform == (15, 25)
     assert scenario.target.distance_m == "anywhere"
     assert scenario.target.turning == "equal"

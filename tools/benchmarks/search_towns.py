@@ -30,7 +30,13 @@ from planner.search.problem import Budget, Problem
 from planner.search.what_if import indexed
 
 ROOT = Path(__file__).resolve().parents[2]
-CASE = ("uav.speed_mps=25", "uav.take_off_s=180", "search.horizon_s=1500")  # in the towns
+# In the towns: the ideal aircraft, as planners know it.
+CASE = (
+    "uav.aircraft=ideal",
+    "uav.speed_mps=25",
+    "uav.take_off_s=180",
+    "search.horizon_s=1500",
+)
 METHODS = ("rate", "beam", "lns")
 FRESH = 4000  # targets
 FIRST_PLAN_S = {"luxembourg": 0.5}  # of CPU that a plan by rate may take

@@ -58,6 +58,7 @@ CASE = """
 [network]
 {source}
 [uav]
+aircraft = "ideal"
 speed_mps = 25
 start = {{ x_m = {x_m:.1f}, y_m = {y_m:.1f} }}
 take_off_s = 180

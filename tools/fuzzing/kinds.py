@@ -3,6 +3,7 @@
 import csv
 import random
 import shutil
+import struct
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -214,6 +215,47 @@ def _run(folder: Path) -> None:
     main(["certify", run, "--work", "3", "--json"])
 
 
+TRACK = ((50.0, 6.0, 0), (50.0, 6.001, 90), (50.001, 6.002, 160), (50.001, 6.003, 160))
+FLOWN = ("fly", "run", "--targets", "5", "--json", "--origin", "50,6", "--takes-off-at", "9")
+
+
+def _tracks(folder: Path) -> None:
+    """Put a flight over the run's net, in each format that is read."""
+    _run(folder)
+    moments = [f"2026-05-01T12:00:{2 * k:02d}Z" for k in range(len(TRACK))]
+    rows = list(zip(TRACK, moments, strict=True))
+    points = [
+        f'<trkpt lat="{lat}" lon="{lon}"><ele>{height_m}</ele><time>{moment}</time></trkpt>'
+        for (lat, lon, height_m), moment in rows
+    ]
+    text = "\n".join(["<gpx><trk><trkseg>", *points, "</trkseg></trk></gpx>\n"])
+    (folder / "flown.gpx").write_text(text, encoding="utf-8")
+    lines = [f"{moment},{lat},{lon},{height_m}" for (lat, lon, height_m), moment in rows]
+    (folder / "flown.csv").write_text("\n".join(["utc,lat,lon,alt", *lines, ""]), encoding="utf-8")
+    held = [f"{k},{900 * k},{100 * k},{k % 2}" for k in range(4)]
+    text = "\n".join(["time_s,x_m,y_m,hold_s", *held, ""])
+    (folder / "held.csv").write_text(text, encoding="utf-8")
+    steps = [
+        f'<timestep time="{k}"><vehicle id="uav" x="{90 * k}" y="9" lane=""/></timestep>'
+        for k in range(4)
+    ]
+    text = "\n".join(["<fcd-export>", *steps, "</fcd-export>", ""])
+    (folder / "flown.fcd.xml").write_text(text, encoding="utf-8")
+    _tlog(folder / "flown.tlog")
+
+
+def _tlog(path: Path) -> None:
+    from pymavlink.dialects.v20 import ardupilotmega
+
+    link = ardupilotmega.MAVLink(None, srcSystem=1)
+    with path.open("wb") as file:
+        for k, (lat, lon, height_m) in enumerate(TRACK):
+            where = (round(1e7 * lat), round(1e7 * lon), 0, 1000 * height_m)
+            message = link.global_position_int_encode(0, *where, 0, 0, 0, 0)
+            file.write(struct.pack(">Q", 1_777_636_800_000_000 + 2_000_000 * k))
+            file.write(message.pack(link))
+
+
 RUN = ("run/plan.json", "run/plan.json", "run/run.json", "run/prices.parquet")
 PROOF = tuple(f"run/{name}.parquet" for name in ("motion", "weights", "prices"))
 OWN = ("plan", str(FIGURE3), *SMALL, "--futures")
@@ -263,6 +305,10 @@ KINDS = (
         (*OWN, "futures.parquet"),
     ),
     Kind("fly", _run, RUN, ("fly", "run", "--targets", "5", "--json")),
+    *(
+        Kind(f"track {name}", _tracks, (name,), (*FLOWN, "--track", name))
+        for name in ("flown.gpx", "flown.csv", "held.csv", "flown.fcd.xml", "flown.tlog")
+    ),
     Kind("certify", _run, RUN, ("certify", "run", "--work", "1", "--force", "--json")),
     Kind("verify", _run, (*RUN[1:], *PROOF, "run/net.json")),
 )

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.arrays import Floats
-from planner.export.simplified import kept_knots
+from planner.flight.simplified import kept_knots
 
 
 def random_flight(seed: int) -> tuple[Floats, Floats]:

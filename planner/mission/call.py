@@ -1,0 +1,351 @@
+"""A call: what somebody says who rings, in words, as a scenario that can be planned.
+
+Every word is echoed as it was understood, and all that are not are refused together.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from planner.belief.places import ALONG_DEG, in_circle
+from planner.clock import rough, span, when
+from planner.errors import Fault, InputError, ScenarioError
+from planner.messages import as_written, plain, suggestion
+from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
+from planner.network.net_file import is_net_file
+from planner.network.place_words import Where, heading, on_road, point_of, told, where
+from planner.network.read import open_network
+from planner.network.road_network import RoadNetwork
+from planner.scenario.aircraft_file import KEYS, shipped_aircraft, with_aircraft
+from planner.scenario.profiles import shipped_profiles
+from planner.scenario.sections import OF_SUMO, NetworkSection
+from planner.scenario.source import Tables, read_source
+from planner.scenario.toml_text import toml_text
+from planner.scenario.uav import IDEAL, UavSection
+
+T = TypeVar("T")
+
+PROFILE, AIRCRAFT = "driving", Path("multicopter")  # where nobody says which
+RADIUS_M = 200.0  # how well a place is known, where nobody says
+SENSOR_M = 60.0  # how far the sensor sees, where the net's scenario does not say
+PARTICLES, WORK, SEED = 1000, 80_000, 1
+TO_PLAN_S = 60.0  # until take-off, where nobody says when the drone is ready
+LASTS_S = 1800.0  # how long is searched, where the aircraft has no limit
+LONGEST_AGO = timedelta(days=2)  # since it was seen; before, another day was meant
+DEGREE_DIGITS, METRE_DIGITS = 6, 1
+OF_NET = ("network", "airspace", "sensor")  # sections that a call takes from a scenario
+PATHS = ("nodes", "edges", "connections", "signals", "net", "osm", "within", "no_fly", "fence")
+
+
+@dataclass(frozen=True)
+class Words:
+    """What was said, as it was typed."""
+
+    net: str  # a net's file, or a scenario that has the net
+    last_seen: str
+    at: str
+    drone_at: tuple[str, ...]  # one or more places
+    heading: str | None = None
+    radius_m: float | None = None
+    target: str = PROFILE
+    aircraft: Path | None = None
+    ready: str | None = None
+    until: str | None = None
+    battery: str | None = None
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call as it was understood."""
+
+    tables: Tables  # a scenario's sections; the drone starts at the first of the places
+    sites: tuple[Mapping[str, float], ...]  # where it may start, as `uav.start` has it
+    site_names: tuple[str, ...]
+    understood: tuple[tuple[str, str], ...]  # what each word means, by name
+    called_at: datetime  # now, to the second: times of the drone count from here
+
+    @property
+    def ready_s(self) -> float:
+        """When the drone can take off, seconds from now."""
+        return float(self.tables["uav"]["take_off_s"])
+
+    def changed(self, **values: Mapping[str, Any]) -> "Call":
+        """Return it with other values of some keys, by section."""
+        tables = {key: {**table, **values.get(key, {})} for key, table in self.tables.items()}
+        return replace(self, tables=tables)
+
+    def text(self) -> str:
+        """Return it as the text of a scenario file."""
+        said = (plain(f"# {name}: {' '.join(value.split())}") for name, value in self.understood)
+        lines = [f"# A call at {self.called_at.isoformat()}, as it was understood.", *said, ""]
+        seen = dict(self.understood)["last seen"]
+        lines.append(f"title = {toml_text(plain(f'last seen {seen}')[:200])}")
+        for name, table in self.tables.items():
+            lines += ["", f"[{name}]", *(f"{key} = {toml_text(table[key])}" for key in table)]
+        return "\n".join(lines) + "\n"
+
+
+def understood(words: Words, now: datetime) -> Call:
+    """Return a call as a scenario.
+
+    Parameters
+    ----------
+    now
+        With its offset from UTC.
+
+    Raises
+    ------
+    InputError
+        If the net cannot be read.
+    ScenarioError
+        With all words that mean nothing, each under its option.
+    """
+    tables, network = _net(words.net)
+    heard = _Heard(words, now.replace(microsecond=0), network)
+    call = heard.call(tables)
+    if heard.faults or call is None:
+        raise ScenarioError(words.net, heard.faults)
+    return call
+
+
+def _net(net: str) -> tuple[Tables, RoadNetwork]:
+    """Return the sections that are the net's, with paths that hold anywhere, and the net itself."""
+    if net.startswith(OF_SUMO) or is_net_file(Path(net)):
+        name = net if net.startswith(OF_SUMO) else Path(net).resolve().as_posix()
+        tables: Tables = {"network": {"net": name}}
+        folder = Path()
+    else:
+        source = read_source(net)
+        if source.faults:
+            raise ScenarioError(net, source.faults)
+        folder = source.folder
+        tables = {
+            key: _absolute(source.tables[key], folder)
+            for key in OF_NET
+            if isinstance(source.tables.get(key), dict)
+        }
+    section, errors = NetworkSection.attempt(tables.get("network", {}))
+    if errors or section is None:
+        raise InputError(f"{net}: its [network] is faulty; `planner check {net}` says where")
+    return tables, open_network(section, folder)
+
+
+def _absolute(table: Mapping[str, Any], folder: Path) -> Tables:
+    """Return a section with paths that hold from anywhere."""
+    relative = {
+        key: value
+        for key, value in table.items()
+        if key in PATHS and isinstance(value, str) and not value.startswith(OF_SUMO)
+    }
+    return {
+        **table,
+        **{key: (folder / value).resolve().as_posix() for key, value in relative.items()},
+    }
+
+
+class _Heard:
+    """Takes words one by one, and keeps what is wrong with each."""
+
+    def __init__(self, words: Words, now: datetime, network: RoadNetwork) -> None:
+        self.words, self.now, self.network = words, now, network
+        self.faults: list[Fault] = []
+        self._said: list[tuple[str, str]] = []
+
+    def call(self, tables: Tables) -> Call | None:
+        """Return the call, None if a word that it cannot do without is missing."""
+        target = self._target()
+        sites = [(one, *self._drone(one)) for one in self.words.drone_at]
+        uav = self._uav()
+        times = self._times(uav)
+        starts = [start for _, start, place in sites if place is not None]
+        if self.faults or target is None or uav is None or times is None or not starts:
+            return None
+        ago_s, ready_s, horizon_s = times
+        sighted = self.now - timedelta(seconds=ago_s)
+        target |= {"last_seen_ago_s": ago_s, "sighted_at": sighted.isoformat()}
+        search = {"horizon_s": horizon_s, "particles": PARTICLES, "sampling": "sobol"}
+        whole = {
+            "network": tables["network"],
+            "target": target,
+            "uav": {"start": starts[0], "take_off_s": ready_s, **uav, "return_to": "start"},
+            "sensor": tables.get("sensor", {"radius_m": SENSOR_M}),
+            **{key: tables[key] for key in ("airspace",) if key in tables},
+            "search": {**search, "work": WORK, "seed": SEED},
+        }
+        names = tuple(place.called for _, _, place in sites if place is not None)
+        return Call(whole, tuple(starts), names, tuple(self._said), self.now)
+
+    def _tried(self, option: str, meant: Callable[[], T]) -> T | None:
+        try:
+            return meant()
+        except ScenarioError as error:
+            self.faults += (Fault(option, f"{fault.key} {fault.text}") for fault in error.faults)
+        except InputError as error:
+            self.faults.append(Fault(option, str(error)))
+        return None
+
+    # Where
+
+    def _target(self) -> dict[str, Any] | None:
+        words = self.words
+        profile = self._tried("--target", lambda: _profile(words.target))
+        to_deg = None
+        if words.heading is not None:
+            text = words.heading
+            to_deg = self._tried("--heading", lambda: heading(text))
+        place = self._tried("--last-seen", lambda: self._seen())
+        if place is None or profile is None or (to_deg is None and words.heading is not None):
+            return None
+        start = self._tried("--last-seen", lambda: self._start(place, to_deg))
+        radius = "" if place.edges else f", within {self._radius_m:g} m"
+        to = "" if to_deg is None else f", heading {point_of(to_deg)} ({to_deg:g} deg)"
+        self._said[0] = ("last seen", f"{self._said[0][1]}{radius}{to}")
+        self._said.append(("target", profile))
+        return {"profile": profile, "start": start, "driving": "free"}
+
+    @property
+    def _radius_m(self) -> float:
+        return RADIUS_M if self.words.radius_m is None else self.words.radius_m
+
+    def _seen(self) -> Where:
+        place = where(self.words.last_seen, self.network)
+        moved, said = on_road(self.words.last_seen, place, self.network)
+        self._said.append(("last seen", told(place, self.network) + (said and f"; {said}")))
+        return moved
+
+    def _start(self, place: Where, to_deg: float | None) -> Any:
+        """Return where the target starts, as `target.start` has it."""
+        network, in_net_deg = self.network, to_deg
+        if to_deg is not None and is_georeferenced(network):
+            in_net_deg = to_deg - float(grid_convergence_deg(network, place.xy_m))
+        if place.edges:
+            edges = [e for e in place.edges if _goes(network, e, in_net_deg)]
+            if not edges:
+                raise InputError(
+                    f"no part of {place.called} within {ALONG_DEG:g} degrees of the heading leads "
+                    "on; leave --heading out"
+                )
+            return [{"edge": edge} for edge in edges]
+        radius_m = self._radius_m
+        in_circle(network, place.x_m, place.y_m, radius_m, heading_deg=in_net_deg, leads_on=True)
+        to = {} if to_deg is None else {"heading_deg": to_deg}
+        return {**_written(place, network), "radius_m": radius_m, **to}
+
+    def _drone(self, text: str) -> tuple[dict[str, float], Where | None]:
+        place = self._tried("--drone-at", lambda: where(text, self.network))
+        if place is None:
+            return {}, None
+        self._said.append(("drone at", told(place, self.network)))
+        return _written(place, self.network), place
+
+    # What it flies, and when
+
+    def _uav(self) -> dict[str, Any] | None:
+        aircraft = self.words.aircraft or AIRCRAFT
+        stand_in = UavSection.model_validate({"start": {"x_m": 0, "y_m": 0}})
+        section = self._tried("--aircraft", lambda: with_aircraft(stand_in, aircraft))
+        if section is None:
+            return None
+        content = section.model_dump(mode="json", exclude_none=True, include={*KEYS})
+        content["aircraft"] = str(aircraft) if str(aircraft) in shipped_aircraft() else IDEAL
+        if self.words.battery is not None:
+            text = self.words.battery
+            lasts_s = self._tried("--battery", lambda: span(text))
+            if lasts_s is None:
+                return None
+            content["max_flight_time_s"] = lasts_s
+        lasts_s = content.get("max_flight_time_s")
+        limit = "without a limit" if lasts_s is None else f"up to {rough(lasts_s)} in the air"
+        name = aircraft.name.removesuffix(".toml")
+        self._said.append(("aircraft", f"{name}, {content['speed_mps']:g} m/s, {limit}"))
+        return content
+
+    def _times(self, uav: Mapping[str, Any] | None) -> tuple[float, float, float] | None:
+        """Return how long ago it was seen, when the drone is ready, and the horizon, seconds."""
+        words, now = self.words, self.now
+        at = self._tried("--at", lambda: self._past(words.at))
+        ready = self._tried("--ready", lambda: self._ready(words.ready))
+        until = None
+        if words.until is not None:
+            text = words.until
+            until = self._tried("--until", lambda: when(text, now))
+        if at is None or ready is None or (until is None and words.until is not None):
+            return None
+        lasts_s = (uav or {}).get("max_flight_time_s", LASTS_S)
+        ago_s, ready_s = ((now - at).total_seconds(), (ready - now).total_seconds())
+        if until is None:
+            ends_s = ago_s + max(ready_s, TO_PLAN_S) + lasts_s
+            until = at + timedelta(seconds=60.0 * math.ceil(ends_s / 60.0))
+        horizon_s = (until - at).total_seconds()
+        if horizon_s <= ago_s + ready_s:
+            text = f"{clock_time(until, now)} is not after the drone is ready, "
+            self.faults.append(
+                Fault("--until", f"{text}{clock_time(ready, now)}; give a later one")
+            )
+            return None
+        soon = "as soon as there is a plan" if words.ready is None else clock_time(ready, now)
+        self._said[1:1] = [("seen at", f"{clock_time(at, now)}, {_ago(ago_s)}")]
+        self._said += [("ready", soon), ("until", clock_time(until, now))]
+        return ago_s, ready_s, horizon_s
+
+    def _past(self, text: str) -> datetime:
+        at = when(text, self.now)
+        if at > self.now:
+            raise InputError(f"{clock_time(at, self.now)} is still to come; give when it was seen")
+        if self.now - at > LONGEST_AGO:
+            raise InputError(
+                f"{at.isoformat()} is {_ago((self.now - at).total_seconds())}; too long"
+            )
+        return at.astimezone(self.now.tzinfo).replace(microsecond=0)
+
+    def _ready(self, text: str | None) -> datetime:
+        ready = self.now if text is None else when(text, self.now)
+        if ready < self.now:
+            raise InputError(f"{clock_time(ready, self.now)} has passed; leave it out")
+        return ready.astimezone(self.now.tzinfo).replace(microsecond=0)
+
+
+def _profile(name: str) -> str:
+    if name in shipped_profiles():
+        return name
+    if name.endswith(".toml") and Path(name).is_file():
+        return Path(name).resolve().as_posix()
+    hint = suggestion(name, shipped_profiles())
+    raise InputError(f"{as_written(name)} is neither a profile nor a .toml file; {hint}")
+
+
+def _goes(network: RoadNetwork, name: str, heading_deg: float | None) -> bool:
+    """Return whether an edge leads on, and along a heading in the net if one is given."""
+    edge = network.edge_index[name]
+    if not len(network.turns(edge)):
+        return False
+    if heading_deg is None:
+        return True
+    shape = network.edge_shape(edge)
+    east_m, north_m = shape[-1] - shape[0]
+    bearing_deg = math.degrees(math.atan2(east_m, north_m))
+    return abs((bearing_deg - heading_deg + 180.0) % 360.0 - 180.0) <= ALONG_DEG
+
+
+def _written(place: Where, network: RoadNetwork) -> dict[str, float]:
+    """Return a place as a scenario has it: degrees, or metres on a net without a projection."""
+    if not is_georeferenced(network):
+        return {"x_m": round(place.x_m, METRE_DIGITS), "y_m": round(place.y_m, METRE_DIGITS)}
+    lon, lat = np.round(lonlat(network, place.xy_m), DEGREE_DIGITS).tolist()
+    return {"lon": lon, "lat": lat}
+
+
+def clock_time(moment: datetime, now: datetime) -> str:
+    """Return a moment as a clock shows it, with the date if that is not today's."""
+    there = moment.astimezone(now.tzinfo)
+    form = "%H:%M:%S" if there.second else "%H:%M"
+    return there.strftime(form if there.date() == now.date() else f"%Y-%m-%d {form}")
+
+
+def _ago(seconds: float) -> str:
+    return "now" if seconds < 1.0 else f"{rough(seconds)} ago"

@@ -1,0 +1,121 @@
+"""What the script of a page takes: places and times as columns, and all that it draws."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.detection.evaluation import Evaluation
+from planner.flight.track import Track
+from planner.futures.futures import Futures
+from planner.futures.knots import Knots
+from planner.messages import plain
+from planner.network.georeference import is_georeferenced, lonlat
+from planner.page.earth import Box, earth_content
+from planner.page.frame import Frame
+from planner.page.ground import areas_content, labels, roads_content, roads_once, view_of
+from planner.page.rows import Row
+from planner.page.shown import Shown
+from planner.page.targets import drawn_knots, picked, targets_content
+from planner.page.words import for_posix, for_powershell, soon_s
+
+SCHEMA = "planner.page/1"
+POINTS = 240  # of a curve, after the first
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What the map of a page is made of."""
+
+    targets: Futures
+    seen_at: Floats  # (n,) seconds, when the plan sees each of these first
+    knots: Knots
+    frame: Frame
+    whole: Box  # all of it
+    view: Box  # what is shown first
+    roads: list[Floats]  # polylines, (k, 2) metres
+
+    @classmethod
+    def of(cls, run: Shown) -> "Drawn":
+        """Return the map of a run."""
+        network, index = run.opened.network, picked(len(run.fresh))
+        targets = run.fresh.take(index)
+        knots = drawn_knots(targets, run.radius_m)
+        flown = [places_of(track) for track in run.plan.tracks]
+        places_m = np.concatenate([network.shape_xy_m, knots.xy_m, *flown])
+        ends_s = max(run.until_s, float(knots.time_s.max(initial=0.0)))
+        frame = Frame.around(places_m, ends_s)
+        return cls(
+            targets=targets,
+            seen_at=run.evaluated.seen_at[index],
+            knots=knots,
+            frame=frame,
+            whole=Box(*places_m.min(axis=0).tolist(), *places_m.max(axis=0).tolist()),
+            view=view_of(network, run.plan, knots),
+            roads=roads_once(network, frame),
+        )
+
+
+def places_of(track: Track) -> Floats:
+    """Return the waypoints of a flight, (W, 2) metres."""
+    return np.stack([track.x_m, track.y_m], axis=1)
+
+
+def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
+    """Return a run as plain data."""
+    network = run.opened.network
+    earth = earth_content(network, drawn.whole, drawn.view)
+    return {
+        "schema": SCHEMA,
+        "clock": run.clock.as_dict(),
+        "start_s": round(run.plan.take_off_s, 2),
+        "end_s": round(run.until_s, 2),
+        "soon_s": soon_s(run.until_s),
+        "radius_m": run.radius_m,
+        "frame": drawn.frame.as_dict(),
+        "view": [round(metres, 2) for metres in drawn.view],
+        "roads": roads_content(drawn.roads, drawn.frame),
+        "labels": labels(network),
+        "areas": areas_content(run.opened.airspace),
+        "uavs": [_uav(track, rows) for track, rows in zip(run.plan.tracks, run.rows, strict=True)],
+        "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
+        # The plan's first; the last one is what no flight surpasses.
+        "curves": [_curve(one, run.until_s) for one in run.curves.values()],
+        "earth": earth,
+        "call": None if earth is None else _call(run),
+    }
+
+
+def _uav(track: Track, rows: list[Row]) -> dict[str, Any]:
+    waypoints = np.column_stack([track.time_s, track.x_m, track.y_m])
+    return {
+        "waypoints": np.round(waypoints, 2).tolist(),
+        "sensor_on": np.round(track.sensor_on, 2).tolist(),
+        "legs": [[plain(row.name), round(row.start_s, 2), round(row.end_s, 2)] for row in rows],
+    }
+
+
+def _curve(evaluation: Evaluation, until_s: float) -> list[float]:
+    """Return the probability of having found the target, at times evenly apart until the end."""
+    times_s = np.linspace(0.0, until_s, POINTS + 1).tolist()
+    return [round(evaluation.found_by_probability(time_s), 6) for time_s in times_s]
+
+
+def _call(run: Shown) -> dict[str, Any] | None:
+    """Return what the command begins and ends with that plans for a new sighting.
+
+    None where the name of the net would do more than name it.
+    """
+    network, uav = run.opened.scenario.network, run.problem.uav
+    name = network.net or network.osm
+    if name is None:
+        return None
+    posix, powershell = for_posix(name), for_powershell(name)
+    if posix is None or powershell is None or not is_georeferenced(run.opened.network):
+        return None
+    lon_deg, lat_deg = lonlat(run.opened.network, np.array([uav.x_m, uav.y_m])).tolist()
+    rest = [f"--drone-at={lat_deg:.5f},{lon_deg:.5f}"]
+    if np.isfinite(uav.max_flight_time_s):
+        rest.append(f"--battery={uav.max_flight_time_s / 60:g}min")
+    return {"sh": posix, "PowerShell": powershell, "rest": rest}

@@ -1,0 +1,65 @@
+"""A page as one file: what it runs and how it looks is named by digest, and nothing else runs."""
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from planner.messages import plain
+
+HERE = Path(__file__).parent
+SCRIPTS = ("words.js", "map.js", "marks.js", "curves.js", "page.js")  # one after the other
+# What would end the block that data stand in, or a line of a script.
+UNSAFE = str.maketrans({c: f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"})
+
+
+def document(*, title: str, data: Mapping[str, Any], parts: Mapping[str, str]) -> str:
+    """Return a page.
+
+    Parameters
+    ----------
+    data
+        What its script takes, plain.
+    parts
+        Markup, as `markup` makes it safe, by the names that ``template.html`` has for it.
+    """
+    script = "(() => {\n" + "".join(_lean(name) for name in SCRIPTS) + "})();\n"
+    script, style = '"use strict";\n' + script, _lean("style.css")
+    filled = {
+        **parts,
+        "TITLE": markup(title),
+        "SCRIPT": script,
+        "STYLE": style,
+        "SCRIPT_DIGEST": digest(script),
+        "STYLE_DIGEST": digest(style),
+        "DATA": embedded(data),
+    }
+    template = (HERE / "template.html").read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: filled[found[1]], template)
+
+
+def markup(text: str) -> str:
+    """Return other people's words as text of a page: no markup, nothing that turns it round."""
+    return html.escape(plain(text))
+
+
+def embedded(data: Mapping[str, Any]) -> str:
+    """Return plain data as JSON that no words in it can end before its end."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.translate(UNSAFE)
+
+
+def digest(text: str) -> str:
+    """Return a text's digest as a content security policy names it."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+
+
+def _lean(name: str) -> str:
+    """Return a file of this folder without indentation, blank lines and lines of comments."""
+    lines = (HERE / name).read_text(encoding="utf-8").splitlines()
+    kept = (line.strip() for line in lines)
+    return "".join(f"{line}\n" for line in kept if line and not line.startswith(("//", "/*")))

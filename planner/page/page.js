@@ -1,0 +1,221 @@
+// The page: one time for map, curves and table, and all that changes it.
+const SPEEDS = [1, 10, 30, 60, 120, 300, 600];
+let now = D.start_s, playing = false, following = false, last = 0, pin = null;
+let speed = SPEEDS.find((n) => D.end_s / n <= 45) || 600;
+document.documentElement.classList.add("on");
+$("time").max = Math.ceil(D.end_s);
+
+const tables = [...document.querySelectorAll(".legs")].map((table) => [...table.tBodies[0].rows]);
+tables.forEach((rows, u) => rows.forEach((row, i) => {
+  const cell = row.cells[0], start = D.uavs[u].legs[i][1];
+  const button = document.createElement("button");
+  button.textContent = cell.textContent;
+  button.setAttribute("aria-label", "Go to leg " + cell.textContent);
+  cell.replaceChildren(button);
+  row.addEventListener("click", () => go(start));
+}));
+const legAt = (legs) => legs.findIndex((leg) => now < leg[2]);
+
+function tell() {
+  const share = odds(found(D.curves[0], now)), legs = D.uavs.length ? D.uavs[0].legs : [], i = legAt(legs);
+  $("clock").textContent = clock(now);
+  $("since").textContent = D.clock ? span(now) + " after the sighting" : "after the sighting";
+  $("found").textContent = share;
+  let doing = "landed", next = "";
+  if (now < D.start_s) [doing, next] = ["on the ground", "takes off " + clock(D.start_s)];
+  else if (i >= 0) {
+    doing = i + 1 + "  " + legs[i][0];
+    next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
+  } else if (D.uavs.length && D.uavs[0].waypoints.length && now < D.uavs[0].waypoints.slice(-1)[0][0]) doing = "flying";
+  $("leg").textContent = doing;
+  $("then").textContent = next;
+  tables.forEach((rows, u) => {
+    const here = now < D.start_s ? -1 : legAt(D.uavs[u].legs);
+    rows.forEach((row, k) => {
+      row.className = k === here ? "here" : D.uavs[u].legs[k][2] <= now ? "over" : "";
+      if (k === here) row.setAttribute("aria-current", "step");
+      else row.removeAttribute("aria-current");
+    });
+  });
+  const text = clock(now) + ", " + share + " found, " + doing;
+  $("time").value = Math.round(now);
+  $("time").setAttribute("aria-valuetext", text);
+  if (!playing && !following && $("state").textContent !== text) $("state").textContent = text;
+  $("live").setAttribute("aria-pressed", following);
+}
+function show() {
+  drawMap(now, pin);
+  drawCurves(now);
+  tell();
+}
+function set(s) {
+  now = clip(s, 0, D.end_s);
+  show();
+}
+function go(s) {
+  following = false;
+  set(s);
+}
+
+// Playing, and following the clock on the wall.
+function tick(ms) {
+  if (following) set((Date.now() - D.clock.sighted_ms) / 1000);
+  else if (playing) {
+    set(now + (last ? ((ms - last) / 1000) * speed : 0));
+    if (now >= D.end_s) play(false);
+  } else return;
+  last = ms;
+  requestAnimationFrame(tick);
+}
+function play(on) {
+  playing = on;
+  $("play").textContent = on ? "\u2016" : "\u25b6";
+  $("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  if (!on) return tell();
+  following = false;
+  last = 0;
+  if (now >= D.end_s) now = 0;
+  requestAnimationFrame(tick);
+}
+function follow() {
+  play(false);
+  following = true;
+  requestAnimationFrame(tick);
+}
+function quicken(by) {
+  const n = SPEEDS.length, i = SPEEDS.indexOf(speed) + by;
+  speed = SPEEDS[by ? clip(i, 0, n - 1) : (i + 1) % n];
+  $("speed").textContent = speed + "\u00d7";
+  $("speed").setAttribute("aria-label", "Speed: " + speed + " times; press for another");
+}
+quicken(-1);
+quicken(1);
+function nextLeg(way) {
+  const starts = D.uavs.flatMap((uav) => uav.legs.map((leg) => leg[1])).sort((a, b) => a - b);
+  const found = way > 0 ? starts.find((s) => s > now + 0.5) : starts.filter((s) => s < now - 0.5).pop();
+  if (found !== undefined) go(found);
+}
+
+// A place of the map: its coordinates, and the command that plans for a sighting there.
+function call(x, y) {
+  pin = [x, y];
+  $("commands").replaceChildren();
+  $("place").textContent = D.earth ? degrees(x, y).replace(",", ", ") : `x ${x.toFixed(0)} m, y ${y.toFixed(0)} m`;
+  $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? This plans anew:" : "";
+  if (D.call) {
+    const here = new Date(), at = D.clock ? moment(now).slice(0, 19) + zone() : pad(here.getHours()) + ":" + pad(here.getMinutes());
+    const { sh, PowerShell } = D.call, both = sh === PowerShell;
+    for (const [shell, net] of both ? [["sh, PowerShell", sh]] : [["sh", sh], ["PowerShell", PowerShell]]) {
+      add($("commands"), "span", shell);
+      const line = add($("commands"), "code", "");
+      line.tabIndex = 0;
+      for (const word of ["planner now", net, `--last-seen=${degrees(x, y)}`, `--at=${at}`, ...D.call.rest]) {
+        add(line, "span", word);
+        line.append(" ");
+      }
+      line.lastChild.remove();
+    }
+  }
+  $("call").hidden = false;
+  show();
+}
+function hang() {
+  pin = null;
+  $("call").hidden = true;
+  show();
+}
+
+// Buttons, keys, wheel, fingers.
+const clicks = {
+  play: () => play(!playing), speed: () => quicken(0), close: hang,
+  in: () => zoom(1.5), out: () => zoom(1 / 1.5), fit,
+};
+for (const [id, act] of Object.entries(clicks))
+  $(id).addEventListener("click", () => {
+    act();
+    show();
+  });
+if (D.clock) $("live").addEventListener("click", follow);
+else $("live").hidden = true;
+$("time").addEventListener("input", (event) => go(+event.target.value));
+const SHIFT = 60;
+const keys = {
+  " ": () => play(!playing), Home: () => go(0), End: () => go(D.end_s),
+  n: () => nextLeg(1), p: () => nextLeg(-1), "[": () => quicken(-1), "]": () => quicken(1),
+  "+": () => zoom(1.4), "=": () => zoom(1.4), "-": () => zoom(1 / 1.4), 0: fit,
+  w: () => move(0, SHIFT * ratio()), s: () => move(0, -SHIFT * ratio()), a: () => move(SHIFT * ratio(), 0), d: () => move(-SHIFT * ratio(), 0),
+  g: () => { gridShown = !gridShown; ground = null; }, Escape: hang,
+};
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const key = event.key, on = event.target.tagName;
+  if (key === " " && (on === "BUTTON" || on === "SUMMARY")) return;
+  if (key === "Enter" && event.target === map) call(view.x, view.y);
+  else if (key === "ArrowLeft" || key === "ArrowRight") go(now + (key === "ArrowRight" ? 1 : -1) * (event.shiftKey ? 60 : 10));
+  else if (keys[key]) keys[key]();
+  else return;
+  event.preventDefault();
+  show();
+});
+const onCanvas = (event) => [event.offsetX * ratio(), event.offsetY * ratio()];
+map.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  zoom(Math.exp(-event.deltaY / 400), ...onCanvas(event));
+  show();
+}, { passive: false });
+const fingers = new Map();
+let moved = 0;
+map.addEventListener("pointerdown", (event) => {
+  map.setPointerCapture(event.pointerId);
+  if (!fingers.size) moved = 0;
+  fingers.set(event.pointerId, onCanvas(event));
+});
+map.addEventListener("pointermove", (event) => {
+  if (!fingers.has(event.pointerId)) return;
+  const was = [...fingers.values()];
+  fingers.set(event.pointerId, onCanvas(event));
+  const is = [...fingers.values()], mean = (of, axis) => of.reduce((sum, p) => sum + p[axis], 0) / of.length;
+  const dx = mean(is, 0) - mean(was, 0), dy = mean(is, 1) - mean(was, 1);
+  moved += Math.hypot(dx, dy);
+  if (is.length === 1 && moved < 6 * ratio()) return;
+  move(dx, dy);
+  if (is.length === 2) {
+    const apart = (of) => Math.max(Math.hypot(of[0][0] - of[1][0], of[0][1] - of[1][1]), 1);
+    moved += 99;
+    zoom(apart(is) / apart(was), mean(is, 0), mean(is, 1));
+  }
+  show();
+});
+map.addEventListener("pointerup", (event) => {
+  const [px, py] = onCanvas(event);
+  if (fingers.delete(event.pointerId) && moved < 6 * ratio()) call(eastOf(px), northOf(py));
+});
+map.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
+function scrub(event) {
+  go(((event.offsetX - MARGIN.left) / (curve.clientWidth - MARGIN.left - MARGIN.right)) * D.end_s);
+}
+curve.addEventListener("pointerdown", (event) => {
+  curve.setPointerCapture(event.pointerId);
+  scrub(event);
+});
+curve.addEventListener("pointermove", (event) => {
+  if (event.buttons) scrub(event);
+});
+
+// What changes around the page.
+function repaint() {
+  readColours();
+  ground = null;
+  show();
+}
+function paper(on) {
+  onPaper = on;
+  repaint();
+}
+addEventListener("resize", () => show());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+addEventListener("beforeprint", () => paper(true));
+addEventListener("afterprint", () => paper(false));
+repaint();
+const gone = D.clock ? (Date.now() - D.clock.sighted_ms) / 1000 : -1;
+if (gone >= 0 && gone <= D.end_s) follow();

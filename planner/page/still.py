@@ -1,0 +1,70 @@
+"""The map of a page as a still picture, for where no script runs."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.flight.track import Track
+from planner.page.earth import Box
+
+WIDE = 1000  # of the picture, in its own units
+DOT, UAV = 4, 14  # sizes in it
+
+
+def still(
+    view: Box,
+    *,
+    roads: Iterable[Floats],
+    targets_m: Floats,
+    tracks: Iterable[Track],
+    label: str,
+) -> str:
+    """Return a picture as SVG: roads, where targets are at take-off, the flights.
+
+    Parameters
+    ----------
+    view
+        What it shows.
+    roads
+        Polylines, (k, 2) metres.
+    targets_m
+        (n, 2) metres.
+    label
+        What it is called, as markup.
+    """
+    scale = WIDE / (view.east_m - view.west_m)
+    high = round((view.north_m - view.south_m) * scale)
+
+    def placed(xy_m: Floats) -> Ints:
+        steps = np.stack([xy_m[:, 0] - view.west_m, view.north_m - xy_m[:, 1]], axis=1)
+        return np.asarray(np.round(steps * scale).astype(np.int64))
+
+    lines = [placed(line_m) for line_m in roads]
+    lines = [line for line in lines if _crosses(line, high)]
+    flown = [placed(np.stack([one.x_m, one.y_m], axis=1)) for one in tracks if len(one.time_s)]
+    starts = "".join(_triangle(*line[0].tolist()) for line in flown)
+    dots = "".join(f"M{x} {y}h0" for x, y in np.unique(placed(targets_m), axis=0).tolist())
+    return (
+        f'<svg id="still" viewBox="0 0 {WIDE} {high}" role="img" aria-label="{label}">'
+        f'<path class="roads" d="{"".join(map(_path, lines))}"/>'
+        f'<path class="targets" d="{dots}"/>'
+        f'<path class="flight" d="{"".join(map(_path, flown))}"/>'
+        f'<path class="uav" d="{starts}"/></svg>'
+    )
+
+
+def _crosses(line: Ints, high: int) -> bool:
+    low, most = line.min(axis=0), line.max(axis=0)
+    return bool(np.all(low <= (WIDE, high)) and np.all(most >= 0) and np.any(most > low))
+
+
+def _path(line: Ints) -> str:
+    """Return a polyline as SVG has it: the first place, then steps; those of no length left out."""
+    steps = np.diff(line, axis=0)
+    moved = steps[np.any(steps != 0, axis=1)].tolist()
+    return f"M{line[0, 0]} {line[0, 1]}" + "".join(f"l{x} {y}" for x, y in moved)
+
+
+def _triangle(x: int, y: int) -> str:
+    return f"M{x} {y - UAV}l{UAV} {2 * UAV}h{-2 * UAV}z"

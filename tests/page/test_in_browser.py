@@ -1,0 +1,172 @@
+"""A page in a browser: what a person sees, presses and reads; pictures of it are kept."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from page.test_page import EVIL
+from planner.mission.opening import OpenScenario
+from planner.page.page import page
+from planner.page.shown import Shown
+from planner.page.words import odds
+from support.browser import Browser, opened
+from support.page_runs import called, shown
+
+PICTURES = Path(__file__).parents[2] / ".pytest_cache" / "pages"
+WIDTHS = {"phone": 390, "desktop": 1280}
+TAP = """
+const map = document.getElementById("map"), [x, y] = arguments;
+map.setPointerCapture = () => {};
+const at = { pointerId: 1, bubbles: true, clientX: x, clientY: y };
+for (const kind of ["pointerdown", "pointerup"]) map.dispatchEvent(new PointerEvent(kind, at));
+"""
+COLOURS = """
+const map = document.getElementById("map"), seen = new Set();
+const copy = new OffscreenCanvas(map.width, map.height).getContext("2d");
+copy.drawImage(map, 0, 0);
+const bits = copy.getImageData(0, 0, map.width, map.height).data;
+for (let k = 0; k < bits.length; k += 4) seen.add(bits[k] + "," + bits[k + 1] + "," + bits[k + 2]);
+return [...seen];
+"""
+TURNED = "return +document.getElementById('time').value"
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with opened() as one:
+        one.driver.execute_cdp_cmd("Emulation.setTimezoneOverride", {"timezoneId": "Asia/Tokyo"})
+        yield one
+
+
+@pytest.fixture(scope="module")
+def run(berlin: OpenScenario) -> Shown:
+    return shown(called(berlin), 200)
+
+
+@pytest.fixture(scope="module")
+def file(run: Shown, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "page.html"
+    file.write_text(page(run), encoding="utf-8")
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    return file
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("kind", WIDTHS)
+def test_it_shows_without_complaint(
+    browser: Browser, file: Path, run: Shown, kind: str, dark: bool
+) -> None:
+    browser.look(file, wide=WIDTHS[kind], high=800, dark=dark)
+    assert browser.complaints() == []
+    assert browser.script("return document.documentElement.scrollWidth") == WIDTHS[kind]
+    drone, target = ("255,140,59", "98,188,236") if dark else ("200,82,0", "0,114,178")
+    assert {drone, target} <= set(browser.script(COLOURS))
+    browser.picture(PICTURES / f"{kind}-{'dark' if dark else 'light'}.png")
+    browser.press("End")
+    assert browser.text("#found") == odds(run.evaluated.detection_probability)
+    assert browser.text("#clock") == run.clock.at(run.until_s)  # whatever the reader's zone
+    assert browser.complaints() == []
+
+
+def test_keys_and_clicks_move_it(browser: Browser, file: Path, run: Shown) -> None:
+    browser.look(file, wide=1280, high=800)
+    start_s, rows = run.plan.take_off_s, run.rows[0]
+    assert browser.script(TURNED) == start_s
+    for key, more, after_s in (
+        ("ArrowRight", {}, start_s + 10),
+        ("ArrowRight", {"shiftKey": True}, start_s + 70),
+        ("ArrowLeft", {"shiftKey": True}, start_s + 10),
+        ("p", {}, start_s),
+        ("n", {}, rows[1].start_s),
+        ("Home", {}, 0),
+    ):
+        browser.press(key, **more)
+        assert browser.script(TURNED) == round(after_s), key
+    browser.script("document.querySelectorAll('.legs tbody button')[2].click()")
+    assert browser.script(TURNED) == round(rows[2].start_s)
+    assert browser.text("tr.here").split("\t")[0].strip() == "3"
+    assert rows[2].name in browser.text("#leg")
+    assert rows[2].name in browser.text("#state")
+    browser.press(" ")
+    assert browser.script("return document.getElementById('play').ariaLabel") == "Pause"
+    browser.press(" ")
+    browser.script("document.getElementById('map').focus()")
+    browser.press("Enter")
+    assert not browser.script("return document.getElementById('call').hidden")
+    browser.press("Escape")
+    for key in ("+", "-", "w", "a", "s", "d", "0", "g", "[", "]"):
+        browser.press(key)
+    assert browser.complaints() == []
+
+
+def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> None:
+    browser.look(file, wide=1280, high=800)
+    browser.script(TAP, 400, 400)
+    lat, lon = map(float, browser.text("#place").split(", "))
+    assert 52.41 < lat < 52.45
+    assert 13.50 < lon < 13.56
+    assert browser.text("code").startswith(
+        f"planner now 'sumo:tools/game/DRT/osm.net.xml' --last-seen={lat:.5f},{lon:.5f} "
+        "--at=2026-05-01T14:07:00+05:30 --drone-at="
+    )
+    browser.picture(PICTURES / "tapped.png")
+    browser.press("Escape")
+    assert browser.script("return document.getElementById('call').hidden")
+
+
+def test_paper_has_the_grid(browser: Browser, file: Path) -> None:
+    browser.look(file, wide=1280, high=800)
+    browser.pdf(PICTURES / "paper.pdf")
+    browser.script("dispatchEvent(new Event('beforeprint'))")
+    assert "11,99,165" in browser.script(COLOURS)
+    browser.script("dispatchEvent(new Event('afterprint'))")
+    assert "11,99,165" not in browser.script(COLOURS)
+    assert browser.complaints() == []
+
+
+def test_other_peoples_words_show_as_text(
+    browser: Browser, berlin: OpenScenario, tmp_path: Path
+) -> None:
+    names = called(berlin, title=EVIL, street=EVIL, net="$(touch x);'\".net.xml")
+    run = shown(replace(names, network=replace(names.network, attribution=EVIL)), 5)
+    file = tmp_path / "evil.html"
+    file.write_text(page(run), encoding="utf-8")
+    browser.look(file, wide=1280, high=800)
+    browser.press("End")
+    browser.script(TAP, 400, 400)
+    assert browser.complaints() == []
+    assert "<img src=x" in browser.text("h1")
+    assert browser.script("return document.querySelectorAll('img, iframe').length") == 0
+    assert browser.script("return document.title").startswith("</script>")
+    assert "'$(touch x);'\\''\".net.xml'" in browser.text("code")
+    assert "<img src=x" in browser.text(".legs td:nth-child(2)")
+
+
+def test_without_a_script_it_is_still_read(browser: Browser, file: Path, run: Shown) -> None:
+    browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.look(file, wide=390, high=800)
+        browser.picture(PICTURES / "still.png")
+        shown_now = browser.driver.find_elements("css selector", "#still, .legs, #odds, #bar, #map")
+        kinds = {one.tag_name: one.is_displayed() for one in shown_now}
+        text = browser.driver.find_element("css selector", "#odds").text
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    assert kinds == {"svg": True, "table": True, "ul": True, "div": False, "canvas": False}
+    assert re.search(odds(run.evaluated.detection_probability), text)
+
+
+def test_it_follows_the_clock_while_the_flight_lasts(
+    browser: Browser, berlin: OpenScenario, tmp_path: Path
+) -> None:
+    ago = browser.script("return new Date(Date.now() - 400000).toISOString().slice(0, 19)")
+    file = tmp_path / "now.html"
+    file.write_text(page(shown(called(berlin, sighted_at=f"{ago}+00:00"), 5)), encoding="utf-8")
+    browser.look(file, wide=390, high=800)
+    assert 399 <= browser.script(TURNED) <= 460
+    assert browser.script("return document.getElementById('live').ariaPressed") == "true"
