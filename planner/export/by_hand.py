@@ -32,7 +32,7 @@ OFF_M = 5.0  # by which a street may be off the line that stands for it
 NEAR_M = 150.0  # of a plan's line are the crossings that streets are followed between
 PART_M = 25.0  # of that line, to whose ends distances are measured
 SWEEPS = 3  # in which each leg may give way to a better one
-MOST_STRETCHES = 100  # of which legs are chosen: those that are worth most alone
+MOST_STRETCHES = 100  # that are put in at each place: those that are worth most alone
 
 Worth: TypeAlias = Callable[[Sequence[int]], float]  # of flying some legs, by their numbers
 
@@ -96,8 +96,7 @@ def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetw
         return pilot.worth(way, legs, judge)
 
     alone = np.array([worth([k]) for k in range(len(along))])
-    screened = np.argsort(-alone, kind="stable")[:MOST_STRETCHES].tolist()
-    chosen = chosen_legs(screened, legs, worth)
+    chosen = chosen_legs(np.argsort(-alone, kind="stable").tolist(), legs, worth)
     if not chosen:
         raise InputError(
             f"--by-hand {legs}: no street with a name near the plan can be flown along and home; "
@@ -112,10 +111,15 @@ def chosen_legs(numbers: Sequence[int], many: int, worth: Worth) -> list[int]:
     One after the other is put in that adds most, before, between or after those that are there;
     until none adds anything. Then each in turn gives way to the best in its place, and one more is
     put in, until that is no better either.
+
+    Parameters
+    ----------
+    numbers
+        Those first that are worth most alone: of the others none is put in but in the place of one.
     """
-    chosen, best = list[int](), -inf
+    chosen, best, first = list[int](), -inf, numbers[:MOST_STRETCHES]
     for _ in range(min(many, len(numbers))):
-        value, with_one = _best(_with_one_more(chosen, numbers), worth)
+        value, with_one = _best(_with_one_more(chosen, first), worth)
         if value <= best:
             break
         best, chosen = value, with_one
@@ -127,7 +131,7 @@ def chosen_legs(numbers: Sequence[int], many: int, worth: Worth) -> list[int]:
             if value > best:
                 best, chosen = value, changed
         if 0 < len(chosen) < many:
-            value, with_one = _best(_with_one_more(chosen, numbers), worth)
+            value, with_one = _best(_with_one_more(chosen, first), worth)
             if value > best:
                 best, chosen = value, with_one
         if best == before:
