@@ -157,21 +157,23 @@ class _Shown:
         from planner.mission import now
         from planner.report import call_screen
 
-        since = call_screen.since(event.elapsed_s)
+        def say(text: str) -> None:
+            self._say(call_screen.beside(call_screen.since(event.elapsed_s), text))
+
         match event:
             case now.Cloud():
-                self._say(f"{since}  {call_screen.cloud_line(event)}")
+                say(call_screen.cloud_line(event))
             case now.FirstPlan():
-                self._say(f"{since}  {call_screen.plan_line(event)}")
+                say(call_screen.plan_line(event))
                 self._screen(call_screen.screen(event))
             case now.NoBetter():
-                self._say(f"{since}  {call_screen.no_better_line(event)}")
+                say(call_screen.no_better_line(event))
             case now.Outlook():
-                self._say(f"{since}  what the odds depend on")
+                say("what the odds depend on")
                 self._screen(call_screen.screen(event.plan, event))
             case now.Done():
                 ended = "stopped: the best plan so far" if event.stopped else "the best plan"
-                self._say(f"{since}  {ended} takes off {call_screen.take_off(event.plan)}")
+                say(f"{ended} takes off {call_screen.take_off(event.plan)}")
 
     def _screen(self, lines: Iterable[str]) -> None:
         for line in lines:

@@ -283,10 +283,9 @@ class _Heard:
             until = at + timedelta(seconds=60.0 * math.ceil(ends_s / 60.0))
         horizon_s = (until - at).total_seconds()
         if horizon_s <= ago_s + ready_s:
-            text = f"{clock_time(until, now)} is not after the drone is ready, "
-            self.faults.append(
-                Fault("--until", f"{text}{clock_time(ready, now)}; give a later one")
-            )
+            ends, begins = clock_time(until, now), clock_time(ready, now)
+            text = f"{ends} is not after the drone is ready, {begins}; give a later one"
+            self.faults.append(Fault("--until", text))
             return None
         soon = "as soon as there is a plan" if words.ready is None else clock_time(ready, now)
         self._said[1:1] = [("seen at", f"{clock_time(at, now)}, {_ago(ago_s)}")]
@@ -298,9 +297,8 @@ class _Heard:
         if at > self.now:
             raise InputError(f"{clock_time(at, self.now)} is still to come; give when it was seen")
         if self.now - at > LONGEST_AGO:
-            raise InputError(
-                f"{at.isoformat()} is {_ago((self.now - at).total_seconds())}; too long"
-            )
+            ago = _ago((self.now - at).total_seconds())
+            raise InputError(f"{at.isoformat()} is {ago}, too long for a call; give a later one")
         return at.astimezone(self.now.tzinfo).replace(microsecond=0)
 
     def _ready(self, text: str | None) -> datetime:

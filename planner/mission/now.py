@@ -78,7 +78,7 @@ class FirstPlan:
     problem: Problem
     trial: Trial
     prospects: Prospects
-    sites: tuple[tuple[str, Evaluation], ...]  # where the drone might take off, and the odds there
+    sites: tuple[tuple[str, Evaluation], ...]  # where it might take off; odds of each first plan
 
     @property
     def take_off_s(self) -> float:
@@ -240,7 +240,8 @@ class _Planning:
         lead = ahead(made.trial.evaluated, before.trial.evaluated_on(made.fresh.futures))
         if not _is_better(made, before):
             return NoBetter(made.elapsed_s, rung.particles, lead)
-        found = BetterPlan(**vars(made), lead=lead, before_s=before.take_off_s)
+        held = vars(made) | {"sites": before.sites}
+        found = BetterPlan(**held, lead=lead, before_s=before.take_off_s)
         self._best = found
         return found
 

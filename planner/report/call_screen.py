@@ -22,17 +22,23 @@ from planner.network.place_words import coordinates
 from planner.network.street_names import road_phrase
 from planner.report.formats import length
 
-WIDTH = 71  # characters of a line, which stands eight to the right
+WIDTH, MARGIN = 71, 8  # characters of a line, and how far to the right it stands
 EVERY_MIN = 5  # the odds are told at round minutes
 MOST_TIMES = 5  # at which they are told
 BESIDE_M = 100.0  # from a street: farther away, it is not named
-MOVES_M = 30.0  # a shorter way is no leg
+STRAIGHT_M = 20.0  # beside a straight way, a flight still follows it
 
 
 def since(elapsed_s: float) -> str:
     """Return how long ago the call came, as it stands before a line: "  0:07"."""
     minutes, seconds = divmod(int(elapsed_s), 60)
     return f"{minutes:3d}:{seconds:02d}"
+
+
+def beside(margin: str, text: str) -> str:
+    """Return lines of a text with something in the margin of the first one."""
+    first, *others = textwrap.wrap(text, WIDTH, break_on_hyphens=False)
+    return "\n".join([f"{margin:{MARGIN}}{first}", *(f"{'':{MARGIN}}{line}" for line in others)])
 
 
 def cloud_line(event: Cloud) -> str:
@@ -67,8 +73,10 @@ def take_off(event: FirstPlan) -> str:
 
 def _lead(lead: Ahead) -> str:
     """Return how far a plan is ahead, paired on the same fresh targets."""
-    share, low, high = (100.0 * one for one in lead)
-    return f"found {share:.1f} % sooner (95 %: {low:.1f} .. {high:.1f}, paired)"
+    sign, way = (100.0, "sooner") if lead.share >= 0.0 else (-100.0, "later")
+    share, *ends = (sign * one for one in lead)
+    low, high = sorted(ends)
+    return f"found {share:.1f} % {way} (95 %: {low:.1f} .. {high:.1f}, paired)"
 
 
 def screen(event: FirstPlan, outlook: Outlook | None = None) -> Iterator[str]:
@@ -126,18 +134,17 @@ def _odds(event: FirstPlan, outlook: Outlook | None, times_s: Sequence[float]) -
         share = event.trial.evaluated.found_by_probability(time_s)
         said = f"found by {at(event.call, time_s)}: {_percent(share)}"
         ifs = ", ".join(f"if {name} {_points(one, time_s)}" for name, one, _ in conditions)
-        yield said + (f" ({ifs})" if ifs else "")
+        yield from _wrapped(said, f"({ifs})" if ifs else "")
 
 
 def first_leg(event: FirstPlan) -> str:
     """Return where the drone flies first: the street, true bearing, distance, and the place."""
     network, (track,) = event.opened.network, event.trial.plan.tracks
     xy_m = np.stack([track.x_m, track.y_m], axis=1)
-    moves = np.flatnonzero(np.hypot(*(xy_m - xy_m[0]).T) > MOVES_M)
-    if len(moves) == 0:
-        return "stays where it takes off"
-    to_m = xy_m[moves[0]]
+    to_m = xy_m[_first_turn(xy_m)]
     step = to_m - xy_m[0]
+    if not step.any():
+        return "stays where it takes off"
     bearing_deg = float(np.degrees(np.arctan2(step[0], step[1])))
     kind = ""
     if is_georeferenced(network):
@@ -148,6 +155,25 @@ def first_leg(event: FirstPlan) -> str:
     way = f"{round(bearing_deg) % 360:03d} deg{kind}, {length(float(np.hypot(*step)))}"
     place = coordinates(network, to_m)
     return f"to {street}: {way}, to {place}" if street else f"{way}, to {place}"
+
+
+def _first_turn(xy_m: Floats) -> int:
+    """Return to which of a flight's points, (W, 2) metres, it flies straight from the first."""
+    k = 1
+    while k < len(xy_m) and _is_straight(xy_m[: k + 1]):
+        k += 1
+    return k - 1
+
+
+def _is_straight(xy_m: Floats) -> bool:
+    """Return whether all points lie near the way from the first one to the last, in its course."""
+    steps, whole = xy_m - xy_m[0], xy_m[-1] - xy_m[0]
+    long_m = float(np.hypot(*whole))
+    if long_m == 0.0:
+        return not steps.any()
+    along_m = steps @ whole / long_m
+    off_m = np.abs(steps @ np.array([-whole[1], whole[0]]) / long_m)
+    return bool(off_m.max() <= STRAIGHT_M and np.all(np.diff(along_m) >= 0.0))
 
 
 def _street_at(event: FirstPlan, xy_m: Floats) -> str:
@@ -208,4 +234,6 @@ def _points(evaluated: Evaluation, time_s: float) -> str:
 
 
 def _wrapped(name: str, text: str) -> Iterator[str]:
-    yield from textwrap.wrap(f"{name} {text}", WIDTH, subsequent_indent="  ")
+    yield from textwrap.wrap(
+        f"{name} {text}".strip(), WIDTH, subsequent_indent="  ", break_on_hyphens=False
+    )

@@ -205,14 +205,21 @@ def _futures(folder: Path) -> None:
     pyarrow.parquet.write_table(pyarrow.table(beside), folder / "particles.parquet")
 
 
-def _run(folder: Path) -> None:
-    """Plan and certify, in the process itself; there is nothing to see of it."""
+def _planned(folder: Path) -> str:
+    """Plan, in the process itself; there is nothing to see of it."""
     from planner.cli import main
 
     options = ("--set", "search.sampling=iid", "--set", "search.particles=8", "--targets", "5")
     run = str(folder / "run")
     main(["plan", "figure3", "--method", "rate", *options, "--json", "-o", run])
-    main(["certify", run, "--work", "3", "--json"])
+    return run
+
+
+def _run(folder: Path) -> None:
+    """Plan and certify."""
+    from planner.cli import main
+
+    main(["certify", _planned(folder), "--work", "3", "--json"])
 
 
 TRACK = ((50.0, 6.0, 0), (50.0, 6.001, 90), (50.001, 6.002, 160), (50.001, 6.003, 160))
@@ -223,7 +230,7 @@ FLOWN = ("fly", "run", "--targets", "5", "--json", "--origin", "50,6", "--takes-
 
 def _tracks(folder: Path) -> None:
     """Put a flight over the run's net, in each format that is read."""
-    _run(folder)
+    _planned(folder)
     moments = [f"2026-05-01T12:00:{2 * k:02d}Z" for k in range(len(TRACK))]
     rows = list(zip(TRACK, moments, strict=True))
     points = [
