@@ -176,6 +176,8 @@ def _flight(
     file = arguments.aircraft
     uav = None if file is None else with_aircraft(opened.scenario.uav, file)
     if arguments.by_hand is not None:
+        if arguments.tolerance is not None:
+            raise InputError("--tolerance: is for an autopilot's flight; leave it or --by-hand out")
         hand = Hand(arguments.by_hand, _judge(arguments, opened, stored))
         return hand_flight(opened, stored, hand, uav=uav, origin=arguments.origin)
     return run_flight(
