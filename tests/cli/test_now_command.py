@@ -13,7 +13,8 @@ from planner.mission.now import Rung
 from support.command_line import TOWN, Commands
 
 WORDS = (TOWN, "--last-seen", "n", "--at", "-1min", "--drone-at", "nw", "--target", "joyride")
-FILES = ["evaluation.parquet", "plan.add.xml", "plan.json", "plan.png", "run.json", "scenario.toml"]
+FILES = ["evaluation.parquet", "page.html", "plan.add.xml", "plan.json", "plan.png"]
+FILES += ["run.json", "scenario.toml"]
 
 
 @pytest.fixture
@@ -69,7 +70,7 @@ def test_now_leaves_a_run_whose_scenario_gives_the_same_plan(run: Commands, tmp_
     assert sorted(file.name for file in folder.iterdir()) == FILES
     again = tmp_path / "again"
     assert run("plan", folder, "-o", again).code == 0
-    for name in ("plan.json", "evaluation.parquet", "plan.add.xml"):
+    for name in ("plan.json", "evaluation.parquet", "plan.add.xml", "page.html"):
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
     taken = run("now", *WORDS, "-o", folder)
     assert taken.code == 2
