@@ -110,6 +110,11 @@ def remarks(run: RunFlight) -> Iterator[str]:
             f"it does not reach its speed on {counted(short, 'piece')} of "
             f"{len(run.flight.lengths_m)}, shorter than {full_m:.0f} m; the times allow for it"
         )
+    if not law.can_hover:
+        yield (
+            "files for autopilots take off as multicopters do: for an aircraft on wings set its "
+            "kind, its take-off and its landing; no flight of one has been tried"
+        )
     if run.ended_s is not None:
         yield f"the battery ends the search at {clock(run.ended_s)}, before the end of the plan"
     if run.battery.lasts_s == inf:

@@ -14,13 +14,13 @@ from planner.errors import InputError
 from planner.flight.ways import Area
 from planner.guard import read_json
 from planner.network.georeference import is_georeferenced, xy_of_lonlat
+from planner.network.polygons import sound_polygon
 from planner.network.road_network import RoadNetwork
 
 Rings = Sequence[Any]  # of a polygon: its edge, then its holes, each a list of points
 ToPlane = Callable[[Floats], Floats]  # from what a file has, (k, 2), to metres, (k, 2)
 
 MOST_CORNERS = 1000  # of an airspace's area: ways around it are found corner by corner
-LEAST_M2 = 0.1  # less is a line that was rounded
 FAR = 5.0  # widths of a net; an area beyond is in another frame
 WGS84 = ("urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "EPSG:4326")
 COLLECTED = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
@@ -129,27 +129,10 @@ def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) ->
     found = []
     for rings in polygons:
         edge, *holes = [to_plane(np.asarray(ring, dtype=np.float64)) for ring in rings]
-        polygon = shapely.Polygon(edge, holes)
-        if not polygon.is_valid or polygon.area < LEAST_M2:
-            raise InputError(
-                f"a polygon crosses itself, or encloses nothing ({_why(polygon)}); correct its "
-                "points"
-            )
-        found.append(polygon)
+        found.append(sound_polygon(edge, holes))
     area = shapely.union_all(found)
     _refuse_far(area, network)
     return area
-
-
-def _why(polygon: Area) -> str:
-    """Return what is wrong with a polygon, and where in the net's plane."""
-    import shapely
-
-    if polygon.is_valid:
-        return "no area"
-    fault, _, place = shapely.is_valid_reason(polygon).lower().rstrip("]").partition("[")
-    x_m, y_m = map(float, place.split())
-    return f"{fault} at {x_m:,.0f} m east, {y_m:,.0f} m north in the net"
 
 
 def _refuse_far(area: Area, network: RoadNetwork) -> None:

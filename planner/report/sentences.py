@@ -18,8 +18,12 @@ MANY_TIMES = 10.0  # the value in sample; a gain beyond is told in seconds
 
 
 def reasons(rows: Iterable[MethodRow]) -> list[str]:
-    """Return a line for each method that cannot be used, to stand below the table."""
-    return [f"{row.method}: {row.why_not}" for row in rows if row.why_not]
+    """Return why methods cannot be used, a line for each reason, to stand below the table."""
+    methods: dict[str, list[str]] = {}
+    for row in rows:
+        if row.why_not:
+            methods.setdefault(row.why_not, []).append(row.method)
+    return [f"{', '.join(names)}: {why_not}" for why_not, names in methods.items()]
 
 
 def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) -> str | None:

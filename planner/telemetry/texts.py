@@ -67,9 +67,9 @@ def _gpx_points(path: Path) -> Iterator[dict[str, float]]:
 def _gpx_point(where: str, element: Any) -> dict[str, float]:
     said = {_local(child): child.text or "" for child in element}
     parts: tuple[tuple[str, str | None, Callable[[str], float]], ...] = (
-        ("lat_deg", element.get("lat"), _number),
-        ("lon_deg", element.get("lon"), _number),
-        ("height_m", said.get("ele"), _number),
+        ("lat_deg", element.get("lat"), float),
+        ("lon_deg", element.get("lon"), float),
+        ("height_m", said.get("ele"), float),
         ("utc_s", said.get("time"), _utc),
     )
     called = {"lat_deg": "lat", "lon_deg": "lon", "height_m": "ele", "utc_s": "time"}
@@ -152,13 +152,10 @@ def _csv_points(
         point: dict[str, float] = {"number": lines.line_num, "begins": begins}
         for name, k in column.items():
             text = cells[k] if k < len(cells) else ""
-            if not text.strip():
-                continue
-            if name != "utc_s" or header[k] == "utc" or not _is_number(text):
-                read = _utc if name == "utc_s" else seconds if name == "time_s" else _number
-                point[name] = _value(f"{where}: {header[k]}", text, read)
-            else:
-                point["time_s"] = _value(f"{where}: {header[k]}", text, _number)
+            if text.strip():
+                # "time" may be either of the two.
+                kind = "time_s" if name == "utc_s" and _is_number(text) else name
+                point[kind] = _value(f"{where}: {header[k]}", text, READS.get(kind, float))
         yield point
         begins = False
 
@@ -178,10 +175,6 @@ def _no_number(text: str) -> str:
     return f"{as_written(text.strip())} is no finite number; correct it, or leave the point out"
 
 
-def _number(text: str) -> float:
-    return float(text)
-
-
 def _is_number(text: str) -> bool:
     try:
         float(text)
@@ -192,3 +185,6 @@ def _is_number(text: str) -> bool:
 
 def _utc(text: str) -> float:
     return moment(text).timestamp()
+
+
+READS: dict[str, Callable[[str], float]] = {"utc_s": _utc, "time_s": seconds}

@@ -215,6 +215,11 @@ def test_who_was_seen_within_a_window_sets_out_in_it() -> None:
              "867 m from its middle); give corners in metres as the net has them"],
         ),
         (
+            ("target.start={ area = [[-10, -10], [90, 90], [90, -10], [-10, 90]] }",),
+            ["target.start: a polygon crosses itself, or encloses nothing (self-intersection at "
+             "40 m east, 40 m north in the net); correct its points"],
+        ),
+        (
             ("target.start={ area = [[0, 0], [9, 9]] }",),
             ["target.start.area: has 2 corners; give three or more, as [x_m, y_m]"],
         ),

@@ -72,6 +72,8 @@ def test_a_net_alone(run: Commands, tmp_path: Path, osm: Path) -> None:
         found = run("check", place, "--json").json
         assert (found["edges"], found["net"], found["exits"]) == (26, str(place), 1)
         assert "no projection" in " ".join(found["remarks"])
+    assert "\n  roads " not in run("check", plain).out  # to which sensor?
+    assert "\n  roads " in run("check", TOWN).out
     found = run("check", osm, "--json").json
     assert (found["edges"], found["attribution"], found["named_share"]) == (6, OF_OSM, 1.0)
     assert "no projection" not in " ".join(found["remarks"])

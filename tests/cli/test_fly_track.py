@@ -22,7 +22,7 @@ from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
 from support.command_line import Commands, Said
 from support.recorded_flights import FOLDER
-from support.recordings import Point, gpx
+from support.recordings import SEEN, Point, gpx
 from support.town_on_earth import on_earth
 
 REAL = {
@@ -105,6 +105,28 @@ def test_read_back_it_finds_as_many_as_the_plan(town_run: Path, name: str, many:
         planned = found.planned.found_by_probability(by_s)
         assert found.flown.evaluation.found_by_probability(by_s) == pytest.approx(planned, abs=1e-3)
     assert 0.1 < found.planned.found_by_probability(180.0) < 0.9
+
+
+def test_a_phone_s_jitter_and_doubled_points_matter_little(
+    town_run: Path, tmp_path: Path, many: Futures
+) -> None:
+    opened, stored = open_run(town_run)
+    clean = read_log(town_run / "flight" / "flight.gpx")
+    rng, sigma_deg = np.random.default_rng(1), 4.0 / 111_000.0
+    columns = (clean.utc_s - SEEN.timestamp(), clean.lat_deg, clean.lon_deg, clean.height_m)
+    noisy = [
+        Point(round(t), *(rng.normal(lat_lon, sigma_deg) for lat_lon in place), rng.normal(h, 2.0))
+        for t, *place, h in zip(*(column.tolist() for column in columns), strict=True)
+    ]
+    (tmp_path / "phone.gpx").write_text(gpx([noisy]))
+    reading = reading_of(opened, stored, Wanted())
+    flight = flown(read_log(tmp_path / "phone.gpx"), opened.network, reading)
+    assert flight.points > len(flight.track.time_s)  # whole seconds: some are there twice
+    assert flight.breaks == 0
+    found = debrief(flight, stored, many)
+    for by_s in (180.0, 300.0, 600.0):
+        planned = found.planned.found_by_probability(by_s)
+        assert found.flown.evaluation.found_by_probability(by_s) == pytest.approx(planned, abs=0.02)
 
 
 def test_a_flight_that_is_late_and_has_a_break(

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.street_names import street_names
+from planner.scenario.aircraft_file import with_aircraft
 
 LAW = FlightLaw(
     15.0, acceleration_mps2=1.4, corner_m=2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=100.0
@@ -117,7 +119,8 @@ def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
     assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0% planned" in text
     assert "as planned     by hand" in text
     assert "  3. " in text
-    assert "straight home: " in text
+    assert "    begins   length  bearing" in text
+    assert text.count("  straight ") == 2
     better = Summary(flown, wanted, (), Worth(worth.written, worth.planned)).text
     assert "flown by hand it gains" in better
 
@@ -137,7 +140,7 @@ def test_bearings_are_from_true_north(berlin: OpenScenario) -> None:
     grid_deg = math.degrees(math.atan2(300.0, 1200.0))
     assert abs(leg.bearing_deg - grid_deg) > 1.0  # the net's north is another one
     assert leg.length_m == pytest.approx(metres, rel=1e-3)
-    assert "bearing 013 (N)" in leg.line or "bearing 013 (NE)" in leg.line
+    assert leg.line == " 0:00:00  1,237 m  013 N   straight on"
 
 
 def test_what_cannot_be_flown_is_refused(berlin: OpenScenario, on_street: np.ndarray) -> None:
@@ -147,6 +150,17 @@ def test_what_cannot_be_flown_is_refused(berlin: OpenScenario, on_street: np.nda
     nowhere = replace(pilot, clear=lambda *_: False)
     with pytest.raises(InputError, match="--by-hand 9"):
         by_hand(a_plan(on_street), 9, nowhere, judge(on_street), berlin.network)
+
+
+def test_an_aircraft_on_wings_is_not_flown_so(
+    berlin: OpenScenario, on_street: np.ndarray, flown: RunFlight
+) -> None:
+    asked = judge(on_street)
+    plan = Plan("flown", (flown.track,), ((),))
+    stored = StoredPlan(plan, asked.sensor, asked.objective, {})
+    wings = with_aircraft(berlin.scenario.uav, Path("fixed-wing"))
+    with pytest.raises(InputError, match=r"--by-hand: .* cannot hover"):
+        hand_flight(berlin, stored, Hand(3, asked), uav=wings)
 
 
 def test_stretches_lead_along_one_street_from_crossing_to_crossing(berlin: OpenScenario) -> None:

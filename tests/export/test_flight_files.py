@@ -236,6 +236,8 @@ def test_a_plan_has_what_ground_stations_ask_for(autopilot: Any, firmware: int) 
     assert all(len(item["params"]) == 7 for item in mission["items"])
     assert mission["items"][0]["params"][3] is None  # whichever way it points
     assert len(mission["plannedHomePosition"]) == 3
+    assert "fenceAction" not in text  # which released ground stations do not know
+    assert {item["type"] for item in mission["items"]} == {"SimpleItem"}
 
 
 def test_a_flight_that_lands_nowhere_stays_at_its_end() -> None:

@@ -41,6 +41,8 @@ def test_the_hint_advises_nothing_that_is_done_already() -> None:
 def test_a_method_that_cannot_be_used_says_why() -> None:
     rows = [MethodRow("greedy"), MethodRow("exact", why_not="60 roads are too many")]
     assert remarks.reasons(rows) == ["exact: 60 roads are too many"]
+    rows += [MethodRow(name, why_not="it has a cycle") for name in ("exhaustive", "breadth-first")]
+    assert remarks.reasons(rows)[1:] == ["exhaustive, breadth-first: it has a cycle"]
 
 
 def test_a_certificate_in_seconds_and_as_probability() -> None:
