@@ -1,12 +1,14 @@
 """A plan as sumo-gui shows it: lines, arrows and numbers, how they look, and what to open."""
 
+import gzip
 import re
+import shutil
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from planner.files import written_whole
+from planner.files import cache_root, written_whole
 from planner.flight.pieces import Piece, along, pieces, segments
 from planner.flight.plan import Plan
 from planner.network.road_network import RoadNetwork
@@ -89,19 +91,36 @@ def write_look(
     _write(path, root)
 
 
-def write_configuration(path: Path, net: Path, *, overlay: str, look: str, until_s: float) -> None:
+def net_to_open(net: Path, copy: Path) -> str:
+    """Return how a file beside a copy names a net: by its whole path on this machine.
+
+    What is in the cache may go at any time: of such a net the copy is written, and named.
+    """
+    if not net.resolve().is_relative_to(cache_root().resolve()):
+        return str(net.resolve())
+    with (
+        written_whole(copy) as new,
+        net.open("rb") as whole,
+        new.open("wb") as file,
+        gzip.GzipFile("", "wb", fileobj=file, mtime=0) as packed,  # the same bytes at any time
+    ):
+        shutil.copyfileobj(whole, packed)
+    return copy.name
+
+
+def write_configuration(path: Path, net: str, *, overlay: str, look: str, until_s: float) -> None:
     """Write what sumo-gui opens: a net with a plan on it.
 
     Parameters
     ----------
     net
-        Named by its whole path on this machine.
+        As `net_to_open` names it.
     overlay, look
         Names of the files that `write_overlay` and `write_look` write beside it.
     """
     root = ElementTree.Element("sumoConfiguration")
     for section, key, value in (
-        ("input", "net-file", str(net.resolve())),
+        ("input", "net-file", net),
         ("input", "additional-files", overlay),
         ("time", "end", f"{until_s:g}"),
         ("gui_only", "gui-settings-file", look),

@@ -7,7 +7,12 @@ from typing import Any
 import numpy as np
 
 from planner.clock import clock
-from planner.export.sumo_gui import write_configuration, write_look, write_overlay
+from planner.export.sumo_gui import (
+    net_to_open,
+    write_configuration,
+    write_look,
+    write_overlay,
+)
 from planner.flight.plan import Plan
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
@@ -16,6 +21,7 @@ from planner.mission.run_folder import (
     EVALUATION,
     GUI,
     LOOK,
+    NET,
     OVERLAY,
     PICTURE,
     PLAN,
@@ -43,9 +49,8 @@ def write_run(
     _write_evaluation(folder / EVALUATION, row, problem.network.credit)
     write_overlay(folder / OVERLAY, plan, problem.network)
     write_look(folder / LOOK)
-    write_configuration(
-        folder / GUI, problem.network.path, overlay=OVERLAY, look=LOOK, until_s=problem.horizon_s
-    )
+    net = net_to_open(problem.network.path, folder / NET)
+    write_configuration(folder / GUI, net, overlay=OVERLAY, look=LOOK, until_s=problem.horizon_s)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
         f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,

@@ -1,5 +1,7 @@
 """sumo-gui's window: the files of a run opened as they are, and a run that moves."""
 
+import gzip
+import os
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +12,7 @@ import pytest
 from lxml import etree
 
 from planner.errors import SumoError
-from planner.export.sumo_gui import write_configuration, write_look, write_overlay
+from planner.export.sumo_gui import net_to_open, write_configuration, write_look, write_overlay
 from planner.export.sumo_gui_moving import Scene, show_moving
 from planner.mission.opening import OpenScenario
 from planner.network.sumo import binary, sumo_environment, sumo_home
@@ -40,8 +42,26 @@ def write_all(folder: Path, run: Shown, picture: Path) -> Path:
     write_overlay(folder / "plan.add.xml", run.plan, net)
     write_look(folder / "plan.view.xml", snapshot=(picture, 1.0))
     names = {"overlay": "plan.add.xml", "look": "plan.view.xml"}
-    write_configuration(folder / "plan.sumocfg", net.path, until_s=10.0, **names)
+    opened = net_to_open(net.path, folder / "plan.net.xml.gz")
+    write_configuration(folder / "plan.sumocfg", opened, until_s=10.0, **names)
     return folder / "plan.sumocfg"
+
+
+def test_a_net_of_the_cache_is_kept_with_the_run(
+    empty_cache: Path, tmp_path: Path, berlin: OpenScenario
+) -> None:
+    copy = tmp_path / "plan.net.xml.gz"
+    assert net_to_open(berlin.network.path, copy) == str(berlin.network.path.resolve())
+    assert not copy.exists()
+    empty_cache.mkdir()
+    net = empty_cache / "a.net.xml"
+    net.write_text("<net/>", encoding="utf-8")
+    assert net_to_open(net, copy) == copy.name
+    assert gzip.decompress(copy.read_bytes()) == b"<net/>"
+    first = copy.read_bytes()
+    os.utime(net, (0, 0))
+    net_to_open(net, copy)
+    assert copy.read_bytes() == first
 
 
 @pytest.mark.slow
