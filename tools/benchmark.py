@@ -176,6 +176,7 @@ PROGRAMS = (
     "futures-towns",
     "search-towns",
     "towns",
+    "flight",
 )  # further ones, in benchmarks/: --search --help
 
 
