@@ -188,4 +188,4 @@ def test_waypoints_are_worth_what_the_sweep_says(seed: int) -> None:
     said = WaypointRewards(problem).of(waypoints)
     assert said == pytest.approx(reward_of(problem, plan), abs=10.0)
     again = plan_of_waypoints(problem, "any", waypoints_of(problem, plan))
-    assert reward_of(problem, again) == pytest.approx(reward_of(problem, plan), abs=1e-6)
+    assert reward_of(problem, again) == pytest.approx(reward_of(problem, plan), abs=0.1)
