@@ -152,7 +152,7 @@ def road_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     at_height = problem.replace(uav=replace(problem.uav, take_off_s=up_s))
     planned = rate(at_height, budget=Budget(), rng=np.random.default_rng(1)).plan
     battery = Battery(np.inf, 0.0, None, 0.0)
-    plan = as_flown(planned, REAL, battery, planned_mps=problem.uav.speed_mps)
+    plan = as_flown(planned, REAL, battery)
     uav = replace(problem.uav, speed_mps=40.0, altitude_m=100.0, aircraft=Aircraft(REAL))
     write_certified(folder, problem.replace(uav=uav), plan)
     return folder

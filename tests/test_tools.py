@@ -46,6 +46,14 @@ def test_the_call_is_measured_from_enter() -> None:
     assert "wall-clock seconds from Enter" in done.stdout
 
 
+def test_the_flight_law_is_held_against_both_recordings() -> None:
+    done = run("benchmark.py", "--flight", "--only", "recordings")
+    assert done.returncode == 0, done.stderr
+    assert "sitl_10, predicted" in done.stdout
+    assert "NO" not in done.stdout
+    assert "There is no third recording." in done.stdout
+
+
 def test_benchmark_measures_against_the_slow_twin() -> None:
     done = run("benchmark.py", "--only", "detection", "--repeats", "1")
     assert done.returncode == 0, done.stderr

@@ -177,6 +177,7 @@ PROGRAMS = (
     "futures-towns",
     "search-towns",
     "towns",
+    "flight",
 )  # further ones, in benchmarks/: --search --help
 
 

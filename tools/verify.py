@@ -46,7 +46,7 @@ class Run:
             fits = legs is not None and are_flown(named, legs, time_s, net)
             watched = [i for leg in legs or () for i in leg.parts]
             most = min(most, RoadBound(self, hops).reward())
-        elif named and self.inputs.is_real:
+        elif named and self.inputs.law is not None:
             legs = legs_named(named, time_s, place, net)
             at_height_s = time_s[np.argmax(place != place[0]) - 1 :]
             fits = legs is not None and are_flown(named, legs, at_height_s, net)
@@ -90,10 +90,13 @@ class Run:
 
     def _most_of_all_flights(self) -> float:
         """Return the reward of seeing each particle as soon as the UAV can be there."""
-        given, (time_s, place) = self.given, self.route
+        given, (time_s, place), law = self.given, self.route, self.inputs.law
         ever = (0.0, max(given.horizon_s, given.found_by_s or 0))
-        waits = Route(np.zeros(1), place[:1])
-        met_s = self.seen(waits, ever, time_s[:1], given.radius_m, given.speed_mps)
+        waits, begin_s, sees_m = Route(np.zeros(1), place[:1]), time_s[:1], given.radius_m
+        if law is not None:  # it climbs first, and may be beside its line at corners
+            begin_s = begin_s + law.climb_s
+            sees_m += law.corner_m if np.isfinite(law.corner_m) else 0.0
+        met_s = self.seen(waits, ever, begin_s, sees_m, given.speed_mps)
         return float(self.weight @ reward_of(given, met_s[0]))
 
     def _seen(self, watched: list[int]) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow
 import verify_plan
 from verify_files import LARGEST, Array, Fields, RefusedError, read_columns, read_json, rows_of
-from verify_times import timed_again
+from verify_times import Law, law_of, timed_again
 
 Prefix: TypeAlias = tuple[int, ...]  # the first hops of a flight; () is before take-off
 Pair: TypeAlias = tuple[float, float]
@@ -94,7 +94,7 @@ class Inputs:
     planned: Mapping[str, float]  # figures by name
     certificate: Mapping[str, float | None]
     unchecked: Mapping[str, Any]  # what it says of other particles
-    is_real: bool  # whether a flight law times its aircraft
+    law: Law | None  # that its aircraft is timed by; None: it is the ideal one
     waypoints: Array  # (points, 3) seconds, x, y
     sensor_on: list[Pair]
     legs: list[NamedLeg]
@@ -135,7 +135,7 @@ def read_inputs(folder: Path) -> Inputs:
         planned=_planned(planned),
         certificate=_certificate(certificate, given),
         unchecked=_unchecked(plan, certificate),
-        is_real="aircraft" in flight,
+        law=law_of(flight),
         waypoints=waypoints,
         sensor_on=_sensor_on(flight),
         legs=[_leg(i, leg) for i, leg in enumerate(flight.items("legs"))],

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from planner.arrays import Floats
 from planner.bounds.any_flight import STARTS, most_of_any_flight
@@ -67,7 +67,8 @@ def gap_of(value: float, bound: float) -> float:
 def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """Return the certificate of a plan, for plans over roads if it is one, else for any flight.
 
-    Plans of real aircraft are bounded as flights of an ideal one as fast as they ever are.
+    Plans of real aircraft are bounded as flights of an ideal one as fast as they ever are, which
+    sees as far as from anywhere beside their lines where they may be.
 
     Raises
     ------
@@ -79,9 +80,13 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None
-    problem = problem.replace(uav=problem.uav.fastest)
-    objective, movements = problem.objective, Movements(problem)
+    objective = problem.objective
     seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
+    if problem.uav.aircraft is not None:
+        sees_m = problem.sensor.radius_m + problem.uav.strays_m
+        wider = replace(problem.sensor, radius_m=sees_m)
+        problem = problem.replace(uav=problem.uav.fastest, sensor=wider)
+    movements = Movements(problem)
     earned, weight = objective.reward(seen_at), problem.futures.weight
     reward = float(weight @ earned)
     value = objective.value(reward)

@@ -14,13 +14,16 @@ def chased_alone(futures: Futures, uav: Uav, sensor: Sensor) -> Floats:
     """Return when the UAV could first see each particle if it chased that one alone, (N,) seconds.
 
     The circle around the place of take-off with the detection radius grows with the UAV's speed;
-    a particle can be seen as soon as it is inside. Never is infinity.
+    a particle can be seen as soon as it is inside. Never is infinity. A real aircraft may have the
+    wind behind it, and be off its line.
     """
+    sees_m = sensor.radius_m + uav.strays_m
+    uav = uav.fastest
     chaser = Chaser(
         float(uav.x_m),
         float(uav.y_m),
         float(uav.take_off_s),
         float(uav.speed_mps),
-        float(sensor.radius_m),
+        float(sees_m),
     )
     return np.asarray(caught_at(chaser, columns(futures)))

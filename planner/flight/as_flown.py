@@ -6,20 +6,20 @@ landing and the reserve together never exceed what the battery lasts.
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats
 from planner.flight.airspace import Airspace
-from planner.flight.law import FlightLaw, TimedFlight, timed
+from planner.flight.drawn_line import DrawnLine, drawn_line
+from planner.flight.law import FlightLaw, TimedFlight, homeward_s, timed
 from planner.flight.plan import ROUNDING_S, FlownLeg, Plan
 from planner.flight.track import Track
-from planner.flight.turning import LONGEST_TURN, Turned, merged, turned
+from planner.flight.turning import Turned, merged, turned
+from planner.flight.uav import Uav
 from planner.flight.ways import Point
 
 OFF_M = 0.25  # by which a track of straight, even pieces may be ahead or behind
-TURNS = 1.5  # stops to turn for home: braking there, and accelerating and braking on the way
 
 
 @dataclass(frozen=True)
@@ -51,15 +51,8 @@ class Battery:
         if self.home_m is None:
             return np.full(np.shape(xy_m)[:-1], law.descend_s)
         away_m, corners = self._away(xy_m)
-        speed = law.speed_mps - self.headwind_mps
-        flies_s = away_m / speed if speed > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
-        stop_s = law.speed_mps / law.acceleration_mps2
-        turns_s, corner_s = TURNS * stop_s, stop_s
-        if not law.can_hover and speed > 0.0:
-            corner_s += LONGEST_TURN * law.turn_radius_m / speed
-            turns_s = corner_s
-        away_s = np.where((away_m > 0.0) | turns, turns_s, 0.0) + corners * corner_s
-        return np.asarray(flies_s + away_s + law.descend_s)
+        flies_s = homeward_s(away_m, law, self.headwind_mps, corners, turns=turns)
+        return flies_s + law.descend_s
 
     def _away(self, xy_m: Floats) -> tuple[Floats, Floats]:
         """Return how far places are from home, metres, and the corners on the way."""
@@ -74,6 +67,14 @@ class Battery:
             rows.append((float(np.hypot(*steps_m.T).sum()), max(0, len(way) - 1)))
         away_m, corners = np.array(rows, dtype=np.float64).reshape(*np.shape(xy_m)[:-1], 2).T
         return away_m.T, corners.T
+
+
+def battery_of(uav: Uav, airspace: Airspace | None = None) -> Battery:
+    """Return the battery of a real aircraft that is at its height, and where it has to be then."""
+    assert uav.aircraft is not None
+    law, kept_s = uav.aircraft.law, uav.aircraft.reserve_s
+    lasts_s = uav.max_flight_time_s + law.climb_s + law.descend_s + kept_s
+    return Battery(lasts_s, kept_s, uav.return_to_m, uav.aircraft.headwind_mps, airspace)
 
 
 def track_points(xy_m: Floats, flight: TimedFlight, law: FlightLaw) -> tuple[Floats, Floats]:
@@ -185,7 +186,7 @@ def _cut(
     return np.vstack([kept, here]), np.append(holds, 0.0)
 
 
-def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float) -> Plan:
+def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, climbs: bool = True) -> Plan:
     """Return a plan as a real aircraft flies it: timed by the law, and home in time.
 
     A plan begins when the aircraft is at its height; as flown it begins with lift-off before that,
@@ -194,11 +195,11 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
 
     Parameters
     ----------
-    planned_mps
-        The even speed that the plan was made with; what is slower in it is hovering.
+    climbs
+        Whether it takes off for this flight; otherwise it is at its height already.
     """
     flown = [
-        _track_flown(_line(track, planned_mps), legs, law, battery)
+        _track_flown(track, legs, law, battery, climbs)
         for track, legs in zip(plan.tracks, plan.legs, strict=True)
     ]
     tracks, legs = zip(*flown, strict=True)
@@ -206,21 +207,28 @@ def as_flown(plan: Plan, law: FlightLaw, battery: Battery, *, planned_mps: float
 
 
 def _track_flown(
-    line: "_Line", legs: tuple[FlownLeg, ...], law: FlightLaw, battery: Battery
+    planned: Track, legs: tuple[FlownLeg, ...], law: FlightLaw, battery: Battery, climbs: bool
 ) -> tuple[Track, tuple[FlownLeg, ...]]:
-    up_s = float(line.time_s[0])
-    line = _Line(*(column[merged(line.xy_m, line.hold_s, law)] for column in line))
+    line = drawn_line(planned, legs, law, battery.airspace)
+    line = DrawnLine(*(column[merged(line.xy_m, line.hold_s, law)] for column in line))
     way = turned(line.xy_m, line.hold_s, law)
-    xy_m, hold_s = way.xy_m, way.hold_s
+    up_s, xy_m, hold_s = float(line.time_s[0]), way.xy_m, way.hold_s
     if len(xy_m) > 1:
         xy_m, hold_s = home_in_time(xy_m, hold_s, law, battery)
     lands = battery.home_m is not None
-    track, flight = line_flown(xy_m, hold_s, law, up_s=up_s, lands=lands)
-    return track, _legs_flown(line, way, legs, up_s, (xy_m, flight))
+    track, flight = line_flown(xy_m, hold_s, law, up_s=up_s, lands=lands, climbs=climbs)
+    clock = _Clock.of(line, way, xy_m, flight)
+    return clock.sensed(planned, track), clock.legs(legs)
 
 
 def line_flown(
-    xy_m: Floats, hold_s: Floats, law: FlightLaw, *, up_s: float, lands: bool
+    xy_m: Floats,
+    hold_s: Floats,
+    law: FlightLaw,
+    *,
+    up_s: float,
+    lands: bool,
+    climbs: bool = True,
 ) -> tuple[Track, TimedFlight]:
     """Return the track of an aircraft that climbs, flies a line and perhaps lands, and its times.
 
@@ -232,12 +240,14 @@ def line_flown(
         When it is at its height above the first place, and the sensor goes on.
     lands
         Whether it comes down at the last place.
+    climbs
+        Whether it comes from the ground; otherwise it is at its height already.
     """
     flight = timed(xy_m, hold_s, law)
     after_s, places = track_points(xy_m, flight, law)
     times_s = up_s + after_s
     sensor_on = np.array([[up_s, times_s[-1]]])
-    if law.climb_s > 0.0:
+    if climbs and law.climb_s > 0.0:
         times_s = np.append(up_s - law.climb_s, times_s)
         places = np.vstack([places[:1], places])
     if lands and law.descend_s > 0.0:
@@ -246,46 +256,38 @@ def line_flown(
     return Track(times_s, places[:, 0], places[:, 1], sensor_on), flight
 
 
-def _legs_flown(
-    line: "_Line",
-    way: Turned,
-    legs: tuple[FlownLeg, ...],
-    up_s: float,
-    flown: tuple[Floats, TimedFlight],
-) -> tuple[FlownLeg, ...]:
-    """Return the legs that are flown to their ends: what was planned at a place is done there."""
-    xy_m, flight = flown
-    many = min(len(xy_m), len(way.xy_m))
-    same = np.all(xy_m[:many] == way.xy_m[:many], axis=1)
-    kept = int(np.searchsorted(way.leaves, np.argmin(np.append(same, False))))
-    planned_s = np.stack([line.time_s, line.time_s + line.hold_s], axis=1)[:kept].ravel()
-    there = flight.arrives_s[way.arrives[:kept]], flight.leaves_s[way.leaves[:kept]]
-    flown_s = up_s + np.stack(there, axis=1).ravel()
+@dataclass(frozen=True, eq=False)
+class _Clock:
+    """When what was planned for a time is done, up to where the aircraft turns for home."""
 
-    def at(*times_s: float) -> list[float]:
-        return [float(one) for one in np.interp(times_s, planned_s, flown_s)]
+    planned_s: Floats  # (K,) seconds, rising
+    flown_s: Floats  # (K,)
 
-    return tuple(
-        FlownLeg(leg.leg, *at(leg.depart_s, leg.start_s, leg.end_s))
-        for leg in legs
-        if len(planned_s) and leg.end_s <= planned_s[-1] + ROUNDING_S
-    )
+    @classmethod
+    def of(cls, line: DrawnLine, way: Turned, xy_m: Floats, flight: TimedFlight) -> "_Clock":
+        many = min(len(xy_m), len(way.xy_m))
+        same = np.all(xy_m[:many] == way.xy_m[:many], axis=1)
+        kept = int(np.searchsorted(way.leaves, np.argmin(np.append(same, False))))
+        planned_s = np.stack([line.time_s, line.time_s + line.hold_s], axis=1)[:kept].ravel()
+        there = flight.arrives_s[way.arrives[:kept]], flight.leaves_s[way.leaves[:kept]]
+        return cls(planned_s, float(line.time_s[0]) + np.stack(there, axis=1).ravel())
 
+    def at(self, *times_s: float) -> list[float]:
+        return [float(one) for one in np.interp(times_s, self.planned_s, self.flown_s)]
 
-class _Line(NamedTuple):
-    """The waypoints of a planned track."""
+    def legs(self, legs: tuple[FlownLeg, ...]) -> tuple[FlownLeg, ...]:
+        """Return the legs flown to their ends: what was planned at a place is done there."""
+        return tuple(
+            FlownLeg(leg.leg, *self.at(leg.depart_s, leg.start_s, leg.end_s))
+            for leg in legs
+            if len(self.planned_s) and leg.end_s <= self.planned_s[-1] + ROUNDING_S
+        )
 
-    time_s: Floats  # (W,) seconds, when it was planned to arrive
-    xy_m: Floats  # (W, 2) metres
-    hold_s: Floats  # (W,) seconds of hovering there
-
-
-def _line(track: Track, planned_mps: float) -> _Line:
-    xy_m = np.stack([track.x_m, track.y_m], axis=1)
-    moved_m = np.hypot(*np.diff(xy_m, axis=0).T)
-    moves = np.append(True, moved_m > 0.0)
-    waits_s = np.append(0.0, np.diff(track.time_s) - moved_m / planned_mps)
-    waits_s[waits_s < ROUNDING_S] = 0.0
-    hold_s = np.zeros(int(moves.sum()))
-    np.add.at(hold_s, np.cumsum(moves) - 1, waits_s)
-    return _Line(track.time_s[moves], xy_m[moves], hold_s)
+    def sensed(self, planned: Track, flown: Track) -> Track:
+        """Return a track with the sensor on where it was planned to be; all the time if always."""
+        on_s = planned.sensor_on
+        if len(on_s) == 1 and on_s[0, 0] <= planned.time_s[0] and on_s[0, 1] >= planned.end_s:
+            return flown
+        last_s = self.planned_s[-1] if len(self.planned_s) else -np.inf
+        begun = on_s[on_s[:, 0] < last_s].tolist()
+        return replace(flown, sensor_on=np.array([self.at(*one) for one in begun]).reshape(-1, 2))

@@ -18,6 +18,8 @@ from planner.errors import InputError
 
 STRAIGHT = 0.99999  # sine of half the angle between two legs, beyond which there is no corner
 NO_WIND = (0.0, 0.0)
+HOMEWARD = 1.5  # stops to turn for home: braking there, and accelerating and braking on the way
+LONGEST_TURN = 7.0 * math.pi / 3.0  # the angle flown to turn back on the spot, if it cannot hover
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,38 @@ class FlightLaw:
             return math.inf
         return math.sqrt(self.acceleration_mps2 * self.corner_m * half / (1.0 - half))
 
+    def corner_loss_s(self, before: Floats, after: Floats) -> Floats:
+        """Return by how much corners delay it against full speed on both legs, (...) seconds.
+
+        That is exact where both legs are long enough to brake and to accelerate on.
+
+        Parameters
+        ----------
+        before, after
+            (..., 2) the directions of two legs, unit vectors; 0, 0: it is at rest there.
+        """
+        if math.isinf(self.acceleration_mps2):
+            return np.zeros(np.shape(before)[:-1])
+        half = np.sqrt(np.maximum(0.0, (1.0 + np.sum(before * after, axis=-1)) / 2.0))
+        corner = np.divide(half, 1.0 - half, out=np.full_like(half, np.inf), where=half <= STRAIGHT)
+        passes = np.sqrt(self.acceleration_mps2 * self.corner_m * corner)
+        tops = [self.over_ground_mps(way) for way in (before, after)]
+        passes = np.minimum(passes, np.minimum(*tops))
+        halves = [
+            np.divide((top - passes) ** 2, top, out=np.zeros_like(top), where=top > 0.0)
+            for top in tops
+        ]
+        return np.asarray(np.add(*halves) / (2.0 * self.acceleration_mps2))
+
+    def over_ground_mps(self, ways: Floats) -> Floats:
+        """Return the speeds over ground in directions, (..., 2) unit vectors; 0, 0: at rest, 0."""
+        east, north = self.wind_mps
+        along = east * ways[..., 0] + north * ways[..., 1]
+        across = north * ways[..., 0] - east * ways[..., 1]
+        speeds = along + np.sqrt(np.maximum(0.0, self.speed_mps**2 - across**2))
+        can = ways.any(axis=-1) & (np.abs(across) < self.speed_mps)
+        return np.where(can, np.maximum(0.0, speeds), 0.0)
+
 
 @dataclass(frozen=True)
 class Aircraft:
@@ -123,6 +157,31 @@ class TimedFlight(Frozen):
     def __post_init__(self) -> None:
         names = ("arrives_s", "leaves_s", "passes_mps", "cruises_mps")
         freeze(self, **dict.fromkeys(names, np.float64))
+
+
+def homeward_s(
+    away_m: Floats,
+    law: FlightLaw,
+    headwind_mps: float,
+    corners: Floats | float = 0.0,
+    *,
+    turns: bool = False,
+) -> Floats:
+    """Return the seconds of flight home from distances, with so many corners on the way.
+
+    Parameters
+    ----------
+    turns
+        Whether it turns for home even above it.
+    """
+    over_ground = law.speed_mps - headwind_mps
+    flies_s = away_m / over_ground if over_ground > 0.0 else np.where(away_m > 0.0, math.inf, 0.0)
+    corner_s = law.speed_mps / law.acceleration_mps2
+    turns_s = HOMEWARD * corner_s
+    if not law.can_hover and over_ground > 0.0:
+        turns_s = corner_s = corner_s + LONGEST_TURN * law.turn_radius_m / over_ground
+    away_s = np.where((away_m > 0.0) | turns, turns_s, 0.0)
+    return np.asarray(flies_s + away_s + corners * corner_s)
 
 
 def timed(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> TimedFlight:

@@ -1,5 +1,6 @@
 """The legs that a UAV can fly on a network: each road in both directions."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from planner.arrays import Floats, Frozen, Ints, Offsets, first_of_parts, freeze
 from planner.errors import InputError
+from planner.flight.law import FlightLaw
 from planner.flight.uav import Uav
 from planner.network.road_network import RoadNetwork
 
@@ -31,6 +33,9 @@ class Legs(Frozen):
     home_s: Floats  # (V,) seconds of flight from a node to where the UAV has to land; 0: anywhere
     speed_mps: float  # of the UAV
     road_ids: tuple[str, ...]  # (R,)
+    first_way: Floats  # (L, 2) unit vectors, in which direction legs begin; 0, 0: they go nowhere
+    last_way: Floats  # (L, 2) and end
+    law: FlightLaw  # by which corners delay the UAV
 
     def __post_init__(self) -> None:
         freeze(
@@ -44,6 +49,8 @@ class Legs(Frozen):
             after_s=np.float64,
             node_xy_m=np.float64,
             home_s=np.float64,
+            first_way=np.float64,
+            last_way=np.float64,
         )
 
     @classmethod
@@ -51,8 +58,9 @@ class Legs(Frozen):
         """Return the legs of a network for a UAV."""
         shapes = [network.shape(road) for road in range(len(network.road_ids))]
         turned = [points for shape in shapes for points in (shape, shape[::-1])]
-        steps = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in turned]
-        after = [np.concatenate(([0.0], np.cumsum(step))) / uav.speed_mps for step in steps]
+        law = FlightLaw(uav.speed_mps) if uav.aircraft is None else uav.aircraft.law
+        after = [_after_s(points, law) for points in turned]
+        ways = np.array([_ends(points) for points in turned])
         ends = np.stack([network.road_from, network.road_to], axis=1)
         points = np.concatenate(turned)
         return cls(
@@ -64,9 +72,12 @@ class Legs(Frozen):
             y_m=points[:, 1],
             after_s=np.concatenate(after),
             node_xy_m=network.node_xy_m,
-            home_s=_home_s(network.node_xy_m, uav),
+            home_s=uav.homeward_s(network.node_xy_m),
             speed_mps=uav.speed_mps,
             road_ids=network.road_ids,
+            first_way=ways[:, 0],
+            last_way=ways[:, 1],
+            law=law,
         )
 
     def __len__(self) -> int:
@@ -107,6 +118,24 @@ class Legs(Frozen):
         seconds = np.hypot(offset[:, 0], offset[:, 1]) / self.speed_mps
         return np.asarray(seconds[self.from_node])
 
+    def turns_s(self, x_m: float, y_m: float, before: int | None) -> Floats:
+        """Return the seconds lost at the corners on the way to each leg, (L,); 0 if ideal.
+
+        Parameters
+        ----------
+        before
+            The leg that ends at the point; None: the UAV is at rest there.
+        """
+        if math.isinf(self.law.acceleration_mps2):
+            return np.zeros(len(self))
+        heading = np.zeros(2) if before is None else self.last_way[before]
+        ways = unit(self.node_xy_m - (x_m, y_m))[self.from_node]
+        ways[np.all(ways == 0.0, axis=1)] = heading
+        headings = np.broadcast_to(heading, ways.shape)
+        return np.asarray(
+            self.law.corner_loss_s(headings, ways) + self.law.corner_loss_s(ways, self.first_way)
+        )
+
 
 def leg_ends(network: RoadNetwork, leg: int) -> tuple[str, str]:
     """Return the names of the nodes at which a leg begins and ends."""
@@ -137,8 +166,27 @@ def legs_named(network: RoadNetwork, names: Iterable[str]) -> list[int]:
     return legs
 
 
-def _home_s(node_xy_m: Floats, uav: Uav) -> Floats:
-    if uav.return_to_m is None:
-        return np.zeros(len(node_xy_m))
-    offset = node_xy_m - uav.return_to_m
-    return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) / uav.speed_mps)
+def _after_s(points: Floats, law: FlightLaw) -> Floats:
+    """Return when the points of a polyline are passed, (k,) seconds, corners counted."""
+    steps = np.diff(points, axis=0)
+    after_s = np.concatenate(([0.0], np.cumsum(np.linalg.norm(steps, axis=1)))) / law.speed_mps
+    if math.isinf(law.acceleration_mps2):
+        return after_s
+    moves = np.append(True, steps.any(axis=1))
+    ways = unit(steps[moves[1:]])
+    lost_s = np.zeros(len(points))
+    lost_s[np.flatnonzero(moves)[2:]] = law.corner_loss_s(ways[:-1], ways[1:])
+    return np.asarray(after_s + np.cumsum(lost_s))
+
+
+def _ends(points: Floats) -> tuple[Floats, Floats]:
+    """Return in which direction a polyline begins and ends, each (2,)."""
+    ways = unit(np.diff(points, axis=0))
+    moves = ways[ways.any(axis=1)]
+    return (moves[0], moves[-1]) if len(moves) else (np.zeros(2), np.zeros(2))
+
+
+def unit(offset: Floats) -> Floats:
+    """Return the directions of vectors, (..., 2); 0, 0 of those of no length."""
+    length = np.hypot(offset[..., 0], offset[..., 1])[..., None]
+    return np.divide(offset, length, out=np.zeros(np.shape(offset)), where=length > 0.0)

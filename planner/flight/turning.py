@@ -16,7 +16,6 @@ from planner.flight.law import FlightLaw
 from planner.flight.simplified import kept_knots
 
 STEP = math.pi / 6  # by which a polygon turns at each of its corners, at most
-LONGEST_TURN = 7.0 * math.pi / 3.0  # the angle flown to turn back on the spot
 NO_TURN = 1e-9
 
 

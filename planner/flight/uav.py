@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from planner.arrays import Floats
 from planner.checked import number, set_fields
 from planner.errors import InputError
-from planner.flight.law import Aircraft
+from planner.flight.law import Aircraft, homeward_s
 
 
 @dataclass(frozen=True)
@@ -44,19 +45,60 @@ class Uav:
         return self.take_off_s + self.max_flight_time_s
 
     @property
+    def at_height(self) -> "Uav":
+        """The same UAV once it has climbed: with the time that it has for flying to and fro."""
+        if self.aircraft is None:
+            return self
+        law, kept_s = self.aircraft.law, self.aircraft.reserve_s
+        left_s = self.max_flight_time_s - law.climb_s - law.descend_s - kept_s
+        return replace(
+            self, take_off_s=self.take_off_s + law.climb_s, max_flight_time_s=max(0.0, left_s)
+        )
+
+    @property
+    def strays_m(self) -> float:
+        """How far it may be from the line that it flies: it cuts corners."""
+        corner_m = 0.0 if self.aircraft is None else self.aircraft.law.corner_m
+        return corner_m if np.isfinite(corner_m) else 0.0
+
+    @property
     def fastest(self) -> "Uav":
         """The ideal UAV that is as fast over ground as this one can be anywhere: none beats it."""
         if self.aircraft is None:
             return self
         wind_mps = float(np.hypot(*self.aircraft.law.wind_mps))
-        return replace(self, speed_mps=self.speed_mps + wind_mps, aircraft=None)
+        return replace(self.at_height, speed_mps=self.speed_mps + wind_mps, aircraft=None)
+
+    @property
+    def turns_home_s(self) -> float:
+        """How long corners on the way home delay it, seconds."""
+        if self.aircraft is None:
+            return 0.0
+        law, headwind_mps = self.aircraft.law, self.aircraft.headwind_mps
+        return float(homeward_s(np.zeros(1), law, headwind_mps, turns=True)[0])
+
+    @property
+    def home_mps(self) -> float:
+        """How fast it comes home over ground; 0 if the wind is too strong."""
+        headwind_mps = 0.0 if self.aircraft is None else self.aircraft.headwind_mps
+        return max(0.0, self.speed_mps - headwind_mps)
+
+    def homeward_s(self, xy_m: Floats) -> Floats:
+        """Return the seconds of flight from places, (..., 2) metres, to where it has to land.
+
+        0 if that is anywhere.
+        """
+        if self.return_to_m is None:
+            return np.zeros(np.shape(xy_m)[:-1])
+        offset = xy_m - np.array(self.return_to_m)
+        away_m = np.hypot(offset[..., 0], offset[..., 1])
+        if self.aircraft is None:
+            return np.asarray(away_m / self.speed_mps)
+        return homeward_s(away_m, self.aircraft.law, self.aircraft.headwind_mps)
 
     def home_s(self, x_m: float, y_m: float) -> float:
-        """Return the seconds of flight from a place to where it has to land; 0 if anywhere."""
-        if self.return_to_m is None:
-            return 0.0
-        offset = np.subtract(self.return_to_m, (x_m, y_m))
-        return float(np.hypot(*offset)) / self.speed_mps
+        """Return the same from one place."""
+        return float(self.homeward_s(np.array([x_m, y_m])))
 
     def resumed(self, time_s: float, x_m: float, y_m: float) -> "Uav":
         """Return the same UAV as it flies on from a place and time: it lands no later."""

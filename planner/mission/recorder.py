@@ -21,7 +21,6 @@ from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import HERE, Backend
 from planner.mission.aircraft import aircraft_of
-from planner.mission.flyable import planned_to_fly
 from planner.mission.opening import OpenScenario
 from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
@@ -239,18 +238,13 @@ def make_plan(
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _planner(method, opened, recorder)
 
-    def search(asked: Problem) -> SearchResult:
-        if asked.airspace is None:
-            return planner(asked, budget=budget, rng=rng)
-        searched, roads = searched_problem(asked)
-        found = planner(searched, budget=budget, rng=rng)
-        return replace(found, plan=named_as_before(found.plan, roads))
-
-    found = search(problem) if problem.uav.aircraft is None else planned_to_fly(search, problem)
-    if problem.airspace is not None:
-        for track in found.plan.tracks:
-            problem.airspace.refuse(track)
-    return found
+    if problem.airspace is None:
+        return planner(problem, budget=budget, rng=rng)
+    searched, roads = searched_problem(problem)
+    found = planner(searched, budget=budget, rng=rng)
+    for track in found.plan.tracks:
+        problem.airspace.refuse(track)
+    return replace(found, plan=named_as_before(found.plan, roads))
 
 
 def budget_of(opened: OpenScenario) -> Budget:

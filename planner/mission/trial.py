@@ -111,12 +111,7 @@ def attempted(
 
 
 def try_order(problem: Problem, order: Sequence[int], found: Attempt) -> Attempt:
-    """Return an attempt that flies other legs in order, and goes on as long as it can.
-
-    A real aircraft does not fly legs as they come: its attempt stays.
-    """
-    if problem.uav.aircraft is not None:
-        return found
+    """Return an attempt that flies other legs in order, and goes on as long as it can."""
     plan = plan_of_legs(problem, found.method, with_patrol(problem, order))
     made = replace(found, result=replace(found.result, plan=plan))
     return replace(made, planned=made.evaluated_on(problem.futures))

@@ -12,6 +12,8 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.evaluate import evaluate
+from planner.flight.drawn_line import stops_of
+from planner.flight.legs import unit
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.progress import silent
 from planner.search.beam import beam, holdout_value
@@ -205,6 +207,9 @@ def waypoints_of(problem: Problem, plan: Plan) -> Floats:
     What it flies more slowly than it could becomes flight at full speed, and hovering.
     """
     (track,) = plan.tracks
+    if problem.uav.aircraft is not None:
+        lands = problem.uav.return_to_m is not None
+        return stops_of(track, problem.legs.law, lands=lands)
     flies_s = np.hypot(np.diff(track.x_m), np.diff(track.y_m)) / problem.uav.speed_mps
     waits_s = np.diff(track.time_s) - flies_s
     waits_s[waits_s < ROUNDING_S] = 0.0
@@ -254,10 +259,15 @@ def with_patrol(problem: Problem, waypoints: Floats, share: float) -> Floats:
 
 def times_left(problem: Problem, waypoints: Floats) -> Floats:
     """Return when each waypoint is left, (W,) seconds, if there were no end to the flight."""
-    uav = problem.uav_at_start
-    places = np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]])
-    flies_s = np.hypot(*np.diff(places, axis=0).T) / uav.speed_mps
-    return np.asarray(uav.take_off_s + np.cumsum(flies_s + waypoints[:, 2]))
+    uav, law = problem.uav_at_start, problem.legs.law
+    offset = np.diff(np.vstack([[uav.x_m, uav.y_m], waypoints[:, :2]]), axis=0)
+    ways = unit(offset)
+    rest, before = np.zeros_like(ways), np.vstack([np.zeros((1, 2)), ways[:-1]])
+    stops_s = law.corner_loss_s(before, rest) + law.corner_loss_s(rest, ways)
+    hovers = np.append(False, waypoints[:-1, 2] > 0.0)
+    lost_s = np.where(hovers, stops_s, law.corner_loss_s(before, ways))
+    flies_s = np.hypot(*offset.T) / uav.speed_mps
+    return np.asarray(uav.take_off_s + np.cumsum(flies_s + lost_s + waypoints[:, 2]))
 
 
 def _scale(problem: Problem) -> Scale:

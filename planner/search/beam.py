@@ -45,7 +45,7 @@ from planner.search.result import SearchLog, SearchResult
 from planner.search.state import SearchState
 from planner.search.stepwise import rate_of
 from planner.search.ways import ways_within
-from planner.search.what_if import WhatIf
+from planner.search.what_if import WhatIf, turning_of
 
 # Tuned on grid5x5 alone, whose roads take 150 s to fly.
 NEAR_ROADS = 2.1
@@ -261,7 +261,7 @@ def _first_legs(engine: WhatIf, beam: Beam, start: SearchState) -> Ints:
         return legs
     transit_s = problem.legs.transit_s(start.x_m, start.y_m)[legs]
     most = engine.ceilings(start, legs, problem.futures.weight * start.miss)
-    rates = rate_of(most, transit_s + problem.legs.duration_s[legs])
+    rates = rate_of(most, start.to_legs_s(problem.legs)[legs] + problem.legs.duration_s[legs])
     chosen = transit_s * problem.uav.speed_mps <= beam.reach_m
     chosen[np.argsort(-rates, kind="stable")[:FIRST_LEGS]] = True
     return legs[chosen]
@@ -283,5 +283,13 @@ def _setting(engine: WhatIf, reach_m: float) -> BeamSetting:
     problem = engine.problem
     legs = problem.legs
     ways, hops = ways_within(legs, reach_m)
-    ends = LegEnds(legs.to_node, legs.duration_s, legs.node_xy_m, legs.home_s)
-    return BeamSetting(ways, hops, ends, float(problem.uav.landing_s), engine.index)
+    ends = LegEnds(
+        legs.to_node,
+        legs.duration_s,
+        legs.node_xy_m,
+        legs.home_s,
+        legs.first_way,
+        legs.last_way,
+        turning_of(legs.law),
+    )
+    return BeamSetting(ways, hops, ends, float(problem.uav.at_height.landing_s), engine.index)

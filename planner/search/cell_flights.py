@@ -11,9 +11,11 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.first_detection import columns, first_detection
+from planner.flight.legs import unit
 from planner.futures.futures import Futures
 from planner.search.kernels.cell_beam import (
     BEST,
+    FIGURES,
     PARENT,
     RAYS,
     REWARD,
@@ -32,7 +34,7 @@ from planner.search.kernels.cells import Slabs
 from planner.search.kernels.motion import Course
 from planner.search.plan import plan_of_waypoints
 from planner.search.problem import Problem
-from planner.search.what_if import goal_of, rows_of
+from planner.search.what_if import goal_of, rows_of, turning_of
 
 HEADINGS = 16
 STOPS = (1, 2, 3, 4, 6, 8, 11, 16)  # after how many ticks of a flight it may turn
@@ -156,6 +158,8 @@ class Cells:
             float(max(box.south_m + box.rows * box.size_m, uav.y_m)),
             float(home_x_m),
             float(home_y_m),
+            max(1e-9, float(uav.home_mps)),
+            float(uav.turns_home_s),
             float(uav.landing_s),
             float(self.problem.objective.ends_s),
         )
@@ -209,14 +213,15 @@ def fly_beam(
 
 def _setting(cells: Cells, beam: CellBeam) -> Setting:
     """Return what a beam moves in, as its kernel takes it."""
-    speed_mps, radius_m = float(cells.problem.uav.speed_mps), float(cells.problem.sensor.radius_m)
+    law, radius_m = cells.problem.legs.law, float(cells.problem.sensor.radius_m)
     angle = 2.0 * np.pi * np.arange(beam.headings) / beam.headings
-    velocity = speed_mps * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    ways = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    velocity = law.over_ground_mps(ways)[:, None] * ways
     rays = Rays(
         np.vstack([velocity, np.zeros((1, 2))]),
         np.array(beam.stops),
         _places(cells.problem, beam),
-        speed_mps,
+        turning_of(law),
     )
     apart_m = max(beam.apart_radii * radius_m, 1e-6)
     crowd = Crowd(beam.width, apart_m, max(WIDE_RADII * radius_m, 1e-6), beam.dense)
@@ -234,24 +239,26 @@ def _first_states(
 ) -> CellStates:
     """Return the state before take-off, or the one after it at a place that is flown to first."""
     uav, weight = cells.problem.uav_at_start, cells.index.weight
-    links, figures = np.full((3, 64), -1, np.int32), np.zeros((5, 64))
-    figures[:, 0] = uav.take_off_s, uav.x_m, uav.y_m, 0.0, weight.sum()
+    links, figures = np.full((3, 64), -1, np.int32), np.zeros((FIGURES, 64))
+    figures[:, 0] = uav.take_off_s, uav.x_m, uav.y_m, 0.0, weight.sum(), uav.take_off_s
     links[SLOT, 0] = 0
     masks = np.zeros((64, (len(weight) + 7) // 8), np.uint8)
     masks[0] = np.packbits(weight > 0.0, bitorder="little")
     heads = np.full(cells.ticks.many, -1, np.int32)
     states = CellStates(links, figures, masks, heads, np.array([1, 1, 0, 0]))
     offset = np.subtract((uav.x_m, uav.y_m) if first_m is None else first_m, (uav.x_m, uav.y_m))
-    lasts_s = float(np.hypot(*offset)) / uav.speed_mps
-    if lasts_s <= 0.0:
+    if not offset.any():
         heads[0] = 0
         return states
-    way = setting._replace(rays=setting.rays._replace(stops=np.array([NEVER])))
+    law, way = cells.problem.legs.law, unit(offset)
+    lasts_s = float(np.hypot(*offset) / law.over_ground_mps(way))
+    begin_s = float(uav.take_off_s + law.corner_loss_s(np.zeros(2), way))
+    straight = setting._replace(rays=setting.rays._replace(stops=np.array([NEVER])))
     seen_in = np.empty(len(weight), np.int32)
     note_unseen(0, states, cells.index, seen_in)
     vx, vy = (offset / lasts_s).tolist()
-    course = Course(float(uav.x_m), float(uav.y_m), vx, vy, float(uav.take_off_s))
-    fly_ray(course, lasts_s, 0, states, seen_in, way)
+    course = Course(float(uav.x_m), float(uav.y_m), vx, vy, begin_s)
+    fly_ray(course, lasts_s, 0, states, seen_in, straight)
     return states
 
 
@@ -259,11 +266,11 @@ def _waypoints(states: CellStates, state: int) -> Floats:
     """Return the way to a state, (W, 3): x, y, seconds of hovering."""
     way: list[list[float]] = []
     while (parent := int(states.links[PARENT, state])) >= 0:
-        (time_s, x_m, y_m, *_), (before_s, *before_m) = (
+        (time_s, x_m, y_m, *_, since_s), (_, *before_m) = (
             states.figures[:, one].tolist() for one in (state, parent)
         )
         hovers = before_m[:2] == [x_m, y_m]
-        wait_s = time_s - before_s if hovers else 0.0
+        wait_s = time_s - since_s if hovers else 0.0
         if way and way[-1][:2] == [x_m, y_m]:
             way[-1][2] += wait_s
         else:

@@ -41,8 +41,11 @@ def exact(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Sear
     Raises
     ------
     NotApplicableError
-        If there are more than ``MOST_ORDERS`` orders of as many roads as the budget allows.
+        If there are more than ``MOST_ORDERS`` orders of as many roads as the budget allows, or the
+        aircraft is a real one, which corners delay.
     """
+    if problem.uav.aircraft is not None:
+        raise NotApplicableError("exact is for the ideal aircraft, which turns at once; take best")
     roads = len(problem.network.road_ids)
     most_legs = min(roads, budget.roads)
     _refuse_too_many(roads, most_legs)

@@ -68,13 +68,14 @@ class Problem:
         if self.start is not None:
             return self.start
         unseen = np.full(len(self.futures), np.inf)
-        return SearchState.of_sightings(self.uav.take_off_s, self.uav.x_m, self.uav.y_m, unseen)
+        uav = self.uav.at_height
+        return SearchState.of_sightings(uav.take_off_s, uav.x_m, uav.y_m, unseen)
 
     @cached_property
     def uav_at_start(self) -> Uav:
-        """The UAV as it flies on from the first state."""
-        at = self.start
-        return self.uav if at is None else self.uav.resumed(at.time_s, at.x_m, at.y_m)
+        """The UAV as it flies on from the first state, at its height."""
+        at, uav = self.start, self.uav.at_height
+        return uav if at is None else uav.resumed(at.time_s, at.x_m, at.y_m)
 
     @cached_property
     def weight_at_start(self) -> Floats:
@@ -136,9 +137,9 @@ def candidate_legs(
     choice("directions", directions, Directions)
     removed = [whole("removed", road) for road in removed]
     indices(len(legs) // 2, removed=np.array(removed, dtype=np.int64))
-    transit_s = legs.transit_s(state.x_m, state.y_m)
+    transit_s = state.to_legs_s(legs)
     end_s = state.time_s + transit_s + legs.duration_s
-    allowed = end_s + legs.home_s[legs.to_node] <= problem.uav.landing_s
+    allowed = end_s + legs.home_s[legs.to_node] <= problem.uav.at_height.landing_s
     allowed[[leg for road in removed for leg in Legs.both(road)]] = False
     if directions == "own":
         allowed[1::2] &= problem.network.both_ways

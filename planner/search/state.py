@@ -46,6 +46,14 @@ class SearchState(Frozen):
         """Indices of the roads flown."""
         return frozenset(Legs.road(leg) for leg in self.order)
 
+    def to_legs_s(self, legs: Legs) -> Floats:
+        """Return the seconds until each leg could begin, (L,): straight flight, and corners."""
+        return legs.transit_s(self.x_m, self.y_m) + self.turns_s(legs)
+
+    def turns_s(self, legs: Legs) -> Floats:
+        """Return the seconds lost at corners on the way to each leg, (L,)."""
+        return legs.turns_s(self.x_m, self.y_m, self.order[-1] if self.order else None)
+
     def absorb(self, seen_at: Floats) -> "SearchState":
         """Return the state that also knows of other sightings, (N,) seconds: the earlier counts.
 
@@ -56,7 +64,7 @@ class SearchState(Frozen):
     def after(self, legs: Legs, leg: int, seen_at: Floats) -> "SearchState":
         """Return the state at the end of a leg, with the seen times then known, (N,) seconds."""
         last = legs.first_point[leg + 1] - 1
-        start_s = self.time_s + float(legs.transit_s(self.x_m, self.y_m)[leg])
+        start_s = self.time_s + float(self.to_legs_s(legs)[leg])
         return replace(
             self._with(seen_at),
             time_s=start_s + float(legs.after_s[last]),

@@ -40,7 +40,7 @@ def stepwise(engine: WhatIf, state: SearchState, step: Step) -> SearchState:
 def legs_ahead(problem: Problem, state: SearchState) -> Ints:
     """Return the legs that may be flown next and take time, (C,): both directions, any road."""
     legs = candidate_legs(problem, state)
-    lasts_s = problem.legs.transit_s(state.x_m, state.y_m)[legs] + problem.legs.duration_s[legs]
+    lasts_s = state.to_legs_s(problem.legs)[legs] + problem.legs.duration_s[legs]
     return legs[state.time_s + lasts_s > state.time_s]
 
 
@@ -89,7 +89,7 @@ def toward_next(engine: WhatIf, state: SearchState) -> SearchState | None:
     problem = engine.problem
     legs = legs_ahead(problem, state)
     start_s = np.full(len(problem.legs), np.inf)
-    start_s[legs] = state.time_s + problem.legs.transit_s(state.x_m, state.y_m)[legs]
+    start_s[legs] = state.time_s + state.to_legs_s(problem.legs)[legs]
     passages = engine.index.passages
     roads = len(problem.network.road_ids)
     both = np.array([Legs.both(road) for road in range(roads)]).reshape(-1, 2)

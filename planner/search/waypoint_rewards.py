@@ -22,7 +22,7 @@ from planner.search.kernels.waypoints import (
 )
 from planner.search.kernels.what_if import FirstSightings
 from planner.search.problem import Problem
-from planner.search.what_if import goal_of
+from planner.search.what_if import goal_of, turning_of
 
 # The last grid that was made of futures, as long as they live: patterns tuned one after the other
 # ask for the same one. Nothing ever changes it.
@@ -66,7 +66,12 @@ def surroundings(problem: Problem) -> Surroundings:
     grid = _grid(problem.futures, radius_m, Window(float(uav.take_off_s), ends_s))
     home_x_m, home_y_m = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
     limits = FlightLimits(
-        float(home_x_m), float(home_y_m), float(uav.landing_s), ends_s, float(uav.speed_mps)
+        float(home_x_m),
+        float(home_y_m),
+        float(uav.landing_s - uav.turns_home_s),
+        ends_s,
+        float(uav.speed_mps),
+        turning_of(problem.legs.law),
     )
     return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
 

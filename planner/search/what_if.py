@@ -10,6 +10,7 @@ from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
 from planner.checked import indices
 from planner.detection.first_detection import columns
 from planner.detection.objective import Objective
+from planner.flight.law import FlightLaw
 from planner.flight.legs import Legs
 from planner.futures.futures import Pieces
 from planner.search.kernels.ceilings import Doubt, ceilings
@@ -17,6 +18,7 @@ from planner.search.kernels.motion import ParticleMotion, motion_of
 from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
 from planner.search.kernels.ticks import TimedLegs, seen_by_ticks
 from planner.search.kernels.transits import Transits, bearings_of
+from planner.search.kernels.turning import Turning
 from planner.search.kernels.what_if import (
     Candidates,
     Goal,
@@ -159,7 +161,7 @@ class WhatIf:
         after the flight's start, the last one at or before its end.
         """
         wanted = np.ascontiguousarray(legs, dtype=np.int32)
-        start_s = state.time_s + self.problem.legs.transit_s(state.x_m, state.y_m)[wanted]
+        start_s = state.time_s + state.to_legs_s(self.problem.legs)[wanted]
         seen_at = seen_by_ticks(
             _departure(state),
             TimedLegs(wanted, start_s),
@@ -179,7 +181,8 @@ class WhatIf:
         indices(len(self.problem.legs), legs=wanted)
         departure = _departure(state)
         transit_to, transits = _transits_from(self.problem.legs, departure.x_m, departure.y_m)
-        candidates = Candidates(wanted, transit_to[self.problem.legs.from_node[wanted]])
+        transit = transit_to[self.problem.legs.from_node[wanted]]
+        candidates = Candidates(wanted, transit, state.turns_s(self.problem.legs)[wanted])
         return departure, candidates, transits
 
 
@@ -249,7 +252,16 @@ def velocities(legs: Legs) -> tuple[Floats, Floats]:
     steps = np.diff([legs.x_m, legs.y_m], append=0.0)
     lengths = np.hypot(*steps)
     per_metre = np.divide(legs.speed_mps, lengths, out=np.zeros(len(lengths)), where=lengths > 0.0)
+    if np.isfinite(legs.law.acceleration_mps2):  # slower where corners delay it
+        lasts_s = np.diff(legs.after_s, append=0.0)
+        per_metre = np.divide(1.0, lasts_s, out=np.zeros(len(lengths)), where=lasts_s > 0.0)
     return steps[0] * per_metre, steps[1] * per_metre
+
+
+def turning_of(law: FlightLaw) -> Turning:
+    """Return how an aircraft takes corners, as the kernels take it."""
+    rates = law.speed_mps, law.acceleration_mps2, law.corner_m
+    return Turning(*map(float, rates), *map(float, law.wind_mps))
 
 
 def passages(problem: Problem, motion: ParticleMotion) -> PassageColumns:

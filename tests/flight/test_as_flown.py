@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from planner.flight.as_flown import OFF_M, Battery, as_flown, home_in_time, track_points
+from planner.flight.drawn_line import needed
 from planner.flight.law import FlightLaw, timed
 from planner.flight.plan import Plan
 from planner.flight.track import Track
@@ -124,7 +126,7 @@ def test_the_ideal_aircraft_flies_the_plan_as_it_is(seed: int) -> None:
     problem = random_problem(seed)
     plan = plan_of_legs(problem, "any", [0, 5, 3, 3, 2])
     speed = problem.uav.speed_mps
-    flown = as_flown(plan, FlightLaw(speed), Battery(), planned_mps=speed)
+    flown = as_flown(plan, FlightLaw(speed), Battery())
     (track,), (legs,) = flown.tracks, flown.legs
     (planned,) = plan.tracks
     for column in ("time_s", "x_m", "y_m"):
@@ -141,12 +143,13 @@ def test_a_real_one_is_on_its_roads_when_it_says_so_and_home_in_time(seed: int) 
     law = FlightLaw(speed, 1.4, 2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=100.0)
     lasts_s = 0.7 * (plan.end_s - plan.take_off_s) + 300.0
     battery = Battery(lasts_s, 60.0, (uav.x_m, uav.y_m), 5.0)
-    flown = as_flown(plan, law, battery, planned_mps=speed)
+    flown = as_flown(plan, law, battery)
     (track,), (legs,) = flown.tracks, flown.legs
     assert track.time_s[-1] - track.time_s[0] <= lasts_s - 60.0 + 1e-6
     assert (track.x_m[-1], track.y_m[-1]) == (uav.x_m, uav.y_m)
     assert track.time_s[0] == uav.take_off_s - 40.0
-    assert track.sensor_on[0].tolist() == [uav.take_off_s, track.time_s[-1] - law.descend_s]
+    if problem.sensor.detects_in_transit:
+        assert track.sensor_on[0].tolist() == [uav.take_off_s, track.time_s[-1] - law.descend_s]
     assert len(legs) < 5
     for leg, planned in zip(legs, plan.legs[0], strict=False):
         for flown_s, planned_s in zip(
@@ -157,8 +160,49 @@ def test_a_real_one_is_on_its_roads_when_it_says_so_and_home_in_time(seed: int) 
             assert track.xy(flown_s) == pytest.approx(here, abs=0.02)
 
 
-def test_what_is_slower_than_planned_speed_is_hovering() -> None:
-    track = Track([0.0, 10.0, 40.0, 60.0], [0.0, 100.0, 100.0, 200.0], [0.0] * 4, [[0.0, 60.0]])
-    law = FlightLaw(20.0)
-    flown = as_flown(Plan("x", (track,), ((),)), law, Battery(), planned_mps=10.0)
-    assert flown.tracks[0].time_s.tolist() == [0.0, 5.0, 35.0, 40.0, 50.0]
+def test_where_it_stays_it_hovers_as_long_as_planned() -> None:
+    track = Track([0.0, 10.0, 40.0, 50.0], [0.0, 100.0, 100.0, 200.0], [0.0] * 4, [[0.0, 50.0]])
+    flown = as_flown(Plan("x", (track,), ((),)), FlightLaw(20.0), Battery())
+    assert flown.tracks[0].time_s.tolist() == [0.0, 5.0, 35.0, 40.0]
+
+
+@settings(max_examples=40, deadline=None)
+@given(PLACES, st.floats(1, 300))
+def test_what_is_left_out_of_a_line_is_passed_closely(
+    places: list[tuple[int, int]], off_m: float
+) -> None:
+    xy_m = apart(places)
+    stay = np.arange(len(xy_m)) % 4 == 2
+    kept = needed(xy_m, stay, off_m)
+    assert kept[0] == 0
+    assert kept[-1] == len(xy_m) - 1
+    assert set(np.flatnonzero(stay)) <= set(kept.tolist())
+    for a, b in itertools.pairwise(kept.tolist()):
+        way = np.linspace(xy_m[a], xy_m[b], 500)
+        for place in xy_m[a : b + 1]:
+            assert np.hypot(*(way - place).T).min() <= off_m + 5.0
+
+
+def test_a_curve_drawn_finely_is_not_flown_at_full_speed() -> None:
+    """A circle of 10 m in 200 pieces: at each it turns little, and round it 5 m/s are fast."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 201)
+    x_m, y_m = 10.0 * np.cos(angle), 10.0 * np.sin(angle)
+    times_s = np.linspace(0.0, 2.0 * math.pi * 10.0 / 15.0, 201)
+    track = Track(times_s, x_m, y_m, [[0.0, times_s[-1]]])
+    flown = as_flown(Plan("x", (track,), ((),)), FlightLaw(15.0, 1.5, 2.0), Battery()).tracks[0]
+    fastest = np.hypot(np.diff(flown.x_m), np.diff(flown.y_m)) / np.diff(flown.time_s)
+    assert fastest.max() < 7.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_sensor_that_looks_along_roads_is_on_there_alone(seed: int) -> None:
+    problem = random_problem(seed)
+    sensor = replace(problem.sensor, detects_in_transit=False)
+    plan = plan_of_legs(problem.replace(sensor=sensor), "any", [0, 5, 3, 2])
+    flown = as_flown(plan, FlightLaw(problem.uav.speed_mps, 2.0, 2.0), Battery())
+    (track,), (legs,) = flown.tracks, flown.legs
+    on_s = [(leg.start_s, leg.end_s) for leg in legs]
+    for from_s, to_s in track.sensor_on.tolist():
+        assert any(from_s == pytest.approx(start_s) for start_s, _ in on_s)
+        assert any(to_s == pytest.approx(end_s) for _, end_s in on_s)
+    assert sum(np.diff(track.sensor_on)[:, 0]) == pytest.approx(sum(b - a for a, b in on_s))

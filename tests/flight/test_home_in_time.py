@@ -53,7 +53,7 @@ def test_it_could_always_turn_for_home(seed: int) -> None:
     home = np.array([uav.x_m, uav.y_m])
     battery = Battery(lasts_s, reserve_s, (uav.x_m, uav.y_m), headwind_mps)
     for plan in plans(problem, rng):
-        (track,) = as_flown(plan, law, battery, planned_mps=uav.speed_mps).tracks
+        (track,) = as_flown(plan, law, battery).tracks
         used_s = track.time_s - track.time_s[0]
         away_m = np.hypot(track.x_m - home[0], track.y_m - home[1])
         still_s = away_m / (law.speed_mps - headwind_mps) + law.descend_s

@@ -11,9 +11,9 @@ from flight.test_as_flown import PLACES, apart
 from planner.arrays import Floats
 from planner.errors import InputError
 from planner.flight.as_flown import Battery, as_flown, home_in_time, track_points
-from planner.flight.law import FlightLaw, timed
+from planner.flight.law import LONGEST_TURN, FlightLaw, timed
 from planner.flight.track import Track
-from planner.flight.turning import LONGEST_TURN, STEP, merged, turned
+from planner.flight.turning import STEP, merged, turned
 from planner.search.plan import plan_of_legs, plan_of_wait
 from support.search_instances import random_problem
 
@@ -138,7 +138,7 @@ def test_its_plans_have_no_waits(seed: int) -> None:
         plan_of_legs(problem, "any", [0, 5, 3, 3, 2]),
         plan_of_wait(problem, "wait", *place),
     ):
-        flown = as_flown(plan, law, battery, planned_mps=problem.uav.speed_mps)
+        flown = as_flown(plan, law, battery)
         (track,), (legs,) = flown.tracks, flown.legs
         up = (track.time_s >= track.sensor_on[0, 0]) & (track.time_s <= track.sensor_on[0, 1])
         moved = np.hypot(np.diff(track.x_m[up]), np.diff(track.y_m[up]))

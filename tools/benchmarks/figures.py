@@ -20,6 +20,7 @@ class Figure:
     unit: str
     values: tuple[float, ...]
     at_most: float | None = None  # the target
+    at_least: float | None = None
 
     @property
     def median(self) -> float:
@@ -29,7 +30,16 @@ class Figure:
     @property
     def kept(self) -> bool | None:
         """Whether the target is kept; None without one."""
+        if self.at_least is not None:
+            return self.median >= self.at_least
         return None if self.at_most is None else self.median <= self.at_most
+
+    @property
+    def target(self) -> str:
+        """The target in words; empty without one."""
+        if self.at_least is not None:
+            return f">= {self.at_least:,g}"
+        return "" if self.at_most is None else f"{self.at_most:,g}"
 
 
 def machine() -> dict[str, Any]:
@@ -72,7 +82,7 @@ def _texts(figure: Figure) -> Iterator[str]:
     low, high = min(figure.values), max(figure.values)
     yield f"{_number(low)} .. {_number(high)}" if len(figure.values) > 1 else ""
     yield figure.unit
-    yield "" if figure.at_most is None else f"{figure.at_most:,g}"
+    yield figure.target
     yield {None: "", True: "yes", False: "NO"}[figure.kept]
 
 

@@ -11,6 +11,7 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -58,28 +59,38 @@ def cases(particles: int, only: Sequence[str] | None) -> Iterator[tuple[str, Cas
         yield "berlin", _case(open_scenario("berlin", overrides=list(CASE)), particles)
     if only and "luxembourg" not in only:
         return
+    with luxembourg() as folder:
+        if folder is not None:
+            yield "luxembourg", _case(open_scenario(folder, overrides=list(CASE)), particles)
+
+
+@contextmanager
+def luxembourg() -> Iterator[str | None]:
+    """Give a folder with the town's scenario; None where its data are not, and say so."""
     sys.path.insert(0, str(ROOT / "tests"))
     support: Any = import_module("support.towns")
     with TemporaryDirectory() as folder:
+        found: str | None = folder
         try:
             support.luxembourg(Path(folder))
         except BaseException as reason:  # pytest's way to skip is none of Exception
             if type(reason).__name__ != "Skipped":
                 raise
             print(f"luxembourg is left out: {reason}", file=sys.stderr)
-            return
-        yield "luxembourg", _case(open_scenario(folder, overrides=list(CASE)), particles)
+            found = None
+        yield found
 
 
 def _case(opened: OpenScenario, particles: int) -> Case:
     planning, holdout, fresh = (
-        _futures(opened, count, name)
+        drawn(opened, count, name)
         for count, name in ((particles, "planning"), (500, "holdout"), (FRESH, "fresh"))
     )
     return Case(problem_of(opened, planning).replace(holdout=holdout), fresh)
 
 
-def _futures(opened: OpenScenario, count: int, name: str) -> Futures:
+def drawn(opened: OpenScenario, count: int, name: str) -> Futures:
+    """Return targets of a scenario, driven by the kinematic clock where there is one."""
     horizon_s, rng = opened.scenario.search.horizon_s, stream(1, f"benchmark {name}")
     particles = sample(opened.prior, opened.network, count, rng, horizon_s=horizon_s)
     if opened.network.is_abstract:

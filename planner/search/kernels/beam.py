@@ -12,6 +12,7 @@ from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows
 from planner.jit import compiled
 from planner.search.kernels.transits import Transits
+from planner.search.kernels.turning import REST, Turning, loss_on_way
 from planner.search.kernels.what_if import Candidates, SearchIndex, fly_all, reward_of, score_all
 from planner.search.kernels.windows import Departure
 
@@ -46,6 +47,9 @@ class LegEnds(NamedTuple):
     duration_s: Floats  # (L,) seconds to fly the road
     node_xy_m: Floats  # (V, 2) metres
     home_s: Floats  # (V,) seconds of flight from a node to where the UAV has to land
+    first_way: Floats  # (L, 2) unit vectors, in which direction legs begin
+    last_way: Floats  # (L, 2) and end
+    turning: Turning
 
 
 class BeamSetting(NamedTuple):
@@ -98,17 +102,35 @@ class Bucket(NamedTuple):
 
 
 @compiled
+def turns_after(before: int, ways: Rows, hop_way: Floats, setting: BeamSetting) -> Floats:
+    """Return the seconds lost at corners before each of some ways on from the end of a leg."""
+    legs, turns_s = setting.legs, np.zeros(ways.end - ways.begin)
+    if not legs.turning.acceleration_mps2 < np.inf:
+        return turns_s
+    heading = (legs.last_way[before, 0], legs.last_way[before, 1])
+    for y in range(ways.begin, ways.end):
+        leg, hop, transit = setting.ways.leg[y], setting.ways.hop[y], REST
+        if hop >= 0:
+            transit = (hop_way[hop, 0], hop_way[hop, 1])
+        onto = (legs.first_way[leg, 0], legs.first_way[leg, 1])
+        turns_s[y - ways.begin] = loss_on_way(heading, transit, onto, legs.turning)
+    return turns_s
+
+
+@compiled
 def set_out(
-    moment_s: float, node: int, ways: Rows, setting: BeamSetting
+    moment_s: float, before: int, ways: Rows, setting: BeamSetting
 ) -> tuple[Departure, Candidates, Transits]:
-    """Return some of the ways from a node as flights from there."""
-    hops, node_xy_m = setting.hops, setting.legs.node_xy_m
-    y, y_end = ways
+    """Return some of the ways on from the end of a leg as flights from there."""
+    hops, node, (y, y_end) = setting.hops, setting.legs.to_node[before], ways
     begin, end = hops.first[node], hops.first[node + 1]
+    x_m, y_m = setting.legs.node_xy_m[node]
+    hop_way = hops.way[begin:end]
+    turns_s = turns_after(before, ways, hop_way, setting)
     return (
-        Departure(moment_s, node_xy_m[node, 0], node_xy_m[node, 1]),
-        Candidates(setting.ways.leg[y:y_end], setting.ways.hop[y:y_end]),
-        Transits(hops.bearing[begin:end], hops.way[begin:end], hops.lasts_s[begin:end]),
+        Departure(moment_s, x_m, y_m),
+        Candidates(setting.ways.leg[y:y_end], setting.ways.hop[y:y_end], turns_s),
+        Transits(hops.bearing[begin:end], hop_way, hops.lasts_s[begin:end]),
     )
 
 
@@ -224,7 +246,8 @@ def miss_after(
     for y in range(first_way[node], first_way[node + 1]):
         if way_leg[y] == links[LEG, i]:
             moment_s = states.figures[END, parent]
-            departure, candidates, transits = set_out(moment_s, node, Rows(y, y + 1), setting)
+            before, way = links[LEG, parent], Rows(y, y + 1)
+            departure, candidates, transits = set_out(moment_s, before, way, setting)
             seen = fly_all(departure, candidates, transits, miss, setting.search_index)
             for who in seen.particle:
                 miss[who] = 0.0
@@ -235,7 +258,7 @@ def grow(
     bucket: Bucket, states: BeamStates, setting: BeamSetting, to_go: ToGo, flown: FirstSeen
 ) -> BeamStates:
     """Let the fittest states of one bucket go on along every way; return the states then known."""
-    to_node, duration_s, _, home_s = setting.legs
+    to_node, duration_s, home_s = setting.legs.to_node, setting.legs.duration_s, setting.legs.home_s
     goal, landing_s, first_way = setting.search_index.goal, setting.landing_s, setting.ways.first
     links, figures, masks, heads, counts = states
     number, _, begin_s, lasts_s = bucket
@@ -252,8 +275,8 @@ def grow(
         pack(miss, masks[counts[SLOTS]])
         counts[SLOTS] += 1
         onward = Rows(first_way[node], first_way[node + 1])
-        departure, candidates, transits = set_out(now_s, node, onward, setting)
-        legs, _ = candidates
+        departure, candidates, transits = set_out(now_s, links[LEG, i], onward, setting)
+        legs = candidates.leg
         starts_s, earned, seen = score_all(
             departure, candidates, transits, miss, setting.search_index
         )

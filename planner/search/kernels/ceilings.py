@@ -120,6 +120,7 @@ def ceilings(
         if transit >= 0:
             start_s += transits.lasts_s[transit]
             before += on_the_way[transit]
+        start_s += candidates.turns_s[c]
         end_s = start_s + after_s[first_point[leg + 1] - 1]
         most[c] = before + along_road(leg // 2, Window(start_s, end_s), doubt, index)
     return most

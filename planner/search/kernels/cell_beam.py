@@ -12,15 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels.closest_approach import Window
+from planner.detection.kernels.closest_approach import Vector, Window
 from planner.jit import compiled
 from planner.search.kernels.beam import with_a_free_slot
 from planner.search.kernels.cell_index import SEEN, CellIndex, look
 from planner.search.kernels.motion import Course
+from planner.search.kernels.turning import REST, Turning, corner_loss, direction, ground_speed
 from planner.search.kernels.what_if import reward_of
 
 PARENT, NEXT, SLOT = 0, 1, 2  # NEXT: in the tick's chain; SLOT: of the unseen's bits
-TIME, X, Y, REWARD, UNSEEN = 0, 1, 2, 3, 4  # UNSEEN: weight of the particles not seen
+# UNSEEN: weight of the particles not seen; SET_OUT: when the flight to there began, seconds
+TIME, X, Y, REWARD, UNSEEN, SET_OUT = 0, 1, 2, 3, 4, 5
+FIGURES = 6
 KNOWN, SLOTS, BEST, RAYS = 0, 1, 2, 3  # states known, slots used, the best state, rays flown
 
 SAME = 1e-9  # of a reward: less is none
@@ -30,7 +33,7 @@ class CellStates(NamedTuple):
     """The states known so far, with room for more: M in all; one bit says who is unseen."""
 
     links: Ints  # (3, M) rows PARENT, NEXT, SLOT; -1: none
-    figures: Floats  # (5, M) rows TIME (s), X, Y (m), REWARD, UNSEEN
+    figures: Floats  # (6, M) rows TIME (s), X, Y (m), REWARD, UNSEEN, SET_OUT (s)
     masks: Ints  # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each
     heads: Ints  # (T,) the first state of each tick's chain, -1: none
     counts: Ints  # (4,) KNOWN, SLOTS, BEST, RAYS
@@ -42,7 +45,7 @@ class Rays(NamedTuple):
     velocity: Floats  # (D, 2) m/s; 0, 0: hovers
     stops: Ints  # (L,) after how many ticks of a ray a state is made, rising
     places: Floats  # (V, 2) metres, flown to as well where a ray of that length leads there
-    speed_mps: float
+    turning: Turning
 
 
 class Field(NamedTuple):
@@ -54,6 +57,8 @@ class Field(NamedTuple):
     high_y_m: float
     home_x_m: float  # where the UAV has to land; infinity: anywhere
     home_y_m: float
+    home_mps: float  # over ground on the way there
+    homeward_s: float  # and by which its corners delay it
     landing_s: float  # by when it has to land
     ends_s: float  # when sightings cease to count
 
@@ -137,9 +142,19 @@ def chosen(tick: int, states: CellStates, crowd: Crowd, brings: float) -> Ints:
 @compiled
 def course_between(i: int, to: int, figures: Floats) -> Course:
     """Return the straight flight from one state to another."""
-    lasts_s = figures[TIME, to] - figures[TIME, i]
+    begin_s = figures[SET_OUT, to]
+    lasts_s = figures[TIME, to] - begin_s
     vx, vy = (figures[X, to] - figures[X, i]) / lasts_s, (figures[Y, to] - figures[Y, i]) / lasts_s
-    return Course(figures[X, i], figures[Y, i], vx, vy, figures[TIME, i])
+    return Course(figures[X, i], figures[Y, i], vx, vy, begin_s)
+
+
+@compiled
+def heading_of(i: int, states: CellStates) -> Vector:
+    """Return in which direction a state was flown to; 0, 0 if it hovers, or has not set out."""
+    figures, parent = states.figures, states.links[PARENT, i]
+    if parent < 0:
+        return REST
+    return direction(figures[X, i] - figures[X, parent], figures[Y, i] - figures[Y, parent])
 
 
 @compiled
@@ -150,7 +165,7 @@ def note_unseen(i: int, states: CellStates, index: CellIndex, seen_in: Ints) -> 
         unpack_unseen(states.masks[links[SLOT, i]], seen_in)
         return
     unpack_unseen(states.masks[links[SLOT, parent]], seen_in)
-    span = Window(figures[TIME, parent], figures[TIME, i])
+    span = Window(figures[SET_OUT, i], figures[TIME, i])
     look(course_between(parent, i, figures), span, index, seen_in, int(SEEN))
 
 
@@ -161,13 +176,13 @@ def with_room(count: int, links: Ints, figures: Floats) -> tuple[Ints, Floats]:
     if count <= many:
         return links, figures
     more_links = np.full((3, 2 * count), -1, dtype=np.int32)
-    more_figures = np.empty((5, 2 * count))
+    more_figures = np.empty((FIGURES, 2 * count))
     more_links[:, :many], more_figures[:, :many] = links, figures
     return more_links, more_figures
 
 
 @compiled
-def is_within(x: float, y: float, moment_s: float, speed_mps: float, field: Field) -> bool:
+def is_within(x: float, y: float, moment_s: float, field: Field) -> bool:
     """Tell whether a flight may end at a place and time: it lies in the field, home is in reach."""
     if not (field.low_x_m <= x <= field.high_x_m and field.low_y_m <= y <= field.high_y_m):
         return False
@@ -176,7 +191,8 @@ def is_within(x: float, y: float, moment_s: float, speed_mps: float, field: Fiel
     if not field.home_x_m < np.inf:
         return True
     dx, dy = field.home_x_m - x, field.home_y_m - y
-    return bool(moment_s + np.sqrt(dx * dx + dy * dy) / speed_mps <= field.landing_s)
+    flies_s = np.sqrt(dx * dx + dy * dy) / field.home_mps + field.homeward_s
+    return bool(moment_s + flies_s <= field.landing_s)
 
 
 @compiled
@@ -195,7 +211,7 @@ def fly_ray(
         done += 1
         until_s = min(begin_s + done * tick_s, over_s)
         new_x, new_y = x + vx * (until_s - begin_s), y + vy * (until_s - begin_s)
-        if not is_within(new_x, new_y, until_s, rays.speed_mps, setting.field):
+        if not is_within(new_x, new_y, until_s, setting.field):
             break
         gain = look(course, Window(now_s, until_s), index, seen_in, number)
         reward, unseen, now_s = reward + gain.reward, unseen - gain.weight, until_s
@@ -207,6 +223,7 @@ def fly_ray(
         links[PARENT, new], links[SLOT, new] = i, -1
         figures[TIME, new], figures[X, new], figures[Y, new] = until_s, new_x, new_y
         figures[REWARD, new], figures[UNSEEN, new] = reward, max(0.0, unseen)
+        figures[SET_OUT, new] = begin_s
         at = int((until_s - ticks.begin_s) / tick_s + 1e-6)
         if at < len(heads):
             links[NEXT, new], heads[at] = heads[at], new
@@ -216,18 +233,25 @@ def fly_ray(
 
 @compiled
 def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
-    """Fly all rays from a state."""
+    """Fly all rays from a state.
+
+    A corner delays the flight after it. Who is near meanwhile will be seen as it sets out.
+    """
     figures, rays = states.figures, setting.rays
     now_s, x, y = figures[TIME, i], figures[X, i], figures[Y, i]
+    heading = heading_of(i, states)
     longest_s = rays.stops[-1] * setting.cells.ticks.lasts_s
     for d in range(len(rays.velocity)):
-        course = Course(x, y, rays.velocity[d, 0], rays.velocity[d, 1], now_s)
-        fly_ray(course, longest_s, i, states, seen_in, setting)
+        vx, vy = rays.velocity[d, 0], rays.velocity[d, 1]
+        begin_s = now_s + corner_loss(heading, direction(vx, vy), rays.turning)
+        fly_ray(Course(x, y, vx, vy, begin_s), longest_s, i, states, seen_in, setting)
     for p in range(len(rays.places)):
         dx, dy = rays.places[p, 0] - x, rays.places[p, 1] - y
-        lasts_s = np.sqrt(dx * dx + dy * dy) / rays.speed_mps
+        way = direction(dx, dy)
+        lasts_s = np.sqrt(dx * dx + dy * dy) / ground_speed(way, rays.turning)
         if 1e-6 < lasts_s <= longest_s:
-            course = Course(x, y, dx / lasts_s, dy / lasts_s, now_s)
+            begin_s = now_s + corner_loss(heading, way, rays.turning)
+            course = Course(x, y, dx / lasts_s, dy / lasts_s, begin_s)
             fly_ray(course, lasts_s, i, states, seen_in, setting)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels.closest_approach import (
     FuturesColumns,
+    Vector,
     first_within,
     knots_of,
     motion_at,
@@ -21,6 +22,7 @@ from planner.detection.kernels.closest_approach import (
 from planner.jit import compiled
 from planner.search.kernels.cells import SpaceTimeGrid, slab_at
 from planner.search.kernels.passages import Box, cell_range, padded
+from planner.search.kernels.turning import REST, Turning, corner_loss, direction
 from planner.search.kernels.what_if import FirstSightings, Goal, reward_of
 
 X, Y, WAIT = 0, 1, 2
@@ -48,6 +50,7 @@ class FlightLimits(NamedTuple):
     landing_s: float  # by when it has to land
     ends_s: float  # when sightings cease to count
     speed_mps: float  # of the UAV
+    turning: Turning
 
 
 class Surroundings(NamedTuple):
@@ -238,7 +241,7 @@ def must_turn(piece: FlightPiece, limits: FlightLimits) -> float:
     The piece is flown at the UAV's full speed, or hovers.
     """
     from_s, x, y, vx, vy, to_s = piece
-    home_x, home_y, landing_s, _, speed_mps = limits
+    home_x, home_y, landing_s, _, speed_mps, _ = limits
     left_m = (landing_s - from_s) * speed_mps
     if not landing_s < np.inf or not home_x < np.inf:
         return min(to_s, landing_s)
@@ -253,12 +256,33 @@ def must_turn(piece: FlightPiece, limits: FlightLimits) -> float:
 
 
 @compiled
-def flight_to(way: Floats, i: int, now_s: float, speed_mps: float) -> FlightPiece:
-    """Return the flight to a waypoint from the one before, which sets out now."""
+def way_to(way: Floats, i: int) -> Vector:
+    """Return the direction to a waypoint from the one before; 0, 0 from rest, or none."""
+    if i < 1:
+        return REST
+    return direction(way[X, i] - way[X, i - 1], way[Y, i] - way[Y, i - 1])
+
+
+@compiled
+def lost_before(way: Floats, i: int, turning: Turning) -> float:
+    """Return the seconds lost at the corner from which the flight to a waypoint begins."""
+    before, after = way_to(way, i - 1), way_to(way, i)
+    if way[WAIT, i - 1] > 0.0:
+        return corner_loss(before, REST, turning) + corner_loss(REST, after, turning)
+    return corner_loss(before, after, turning)
+
+
+@compiled
+def flight_to(way: Floats, i: int, now_s: float, limits: FlightLimits) -> FlightPiece:
+    """Return the flight to a waypoint from the one before, which is left now.
+
+    A corner delays the flight after it. Who is near meanwhile will be seen as it sets out.
+    """
     dx, dy = way[X, i] - way[X, i - 1], way[Y, i] - way[Y, i - 1]
-    lasts_s = np.sqrt(dx * dx + dy * dy) / speed_mps
+    begin_s = now_s + lost_before(way, i, limits.turning)
+    lasts_s = np.sqrt(dx * dx + dy * dy) / limits.speed_mps
     vx, vy = (dx / lasts_s, dy / lasts_s) if lasts_s > 0.0 else (0.0, 0.0)
-    return FlightPiece(now_s, way[X, i - 1], way[Y, i - 1], vx, vy, now_s + lasts_s)
+    return FlightPiece(begin_s, way[X, i - 1], way[Y, i - 1], vx, vy, begin_s + lasts_s)
 
 
 @compiled
@@ -292,7 +316,7 @@ def visit(way: Floats, many: int, i: int, now_s: float, limits: FlightLimits) ->
     """Return how a waypoint, of ``many``, is visited from now on."""
     if not now_s < limits.ends_s:
         return Visit(NOWHERE, NOWHERE, NOWHERE, np.inf)
-    flight = flight_to(way, i, now_s, limits.speed_mps)
+    flight = flight_to(way, i, now_s, limits)
     until_s = must_turn(flight, limits)
     if until_s < flight.to_s:
         home = way_home(flight, until_s, limits)

@@ -72,6 +72,7 @@ class Candidates(NamedTuple):
 
     leg: Ints  # (C,) leg index
     transit: Ints  # (C,) which of the transits leads to its start, -1: it starts here
+    turns_s: Floats  # (C,) seconds lost at corners before it begins
 
 
 class FirstSightings(NamedTuple):
@@ -273,7 +274,7 @@ def fly_all(
     index: SearchIndex,
 ) -> Flights:
     """Return what a flight to and along each candidate sees of the particles with ``miss`` > 0."""
-    (leg_of, transit_of), lasts_s = candidates, transits.lasts_s
+    (leg_of, transit_of, turns_s), lasts_s = candidates, transits.lasts_s
     around = look_around(departure, transits, transit_of, miss, index)
     here, seen_by = around.rays.here, np.zeros(len(miss), dtype=np.int32)
     start_s, first = np.empty(len(leg_of)), np.zeros(len(leg_of) + 1, dtype=np.int64)
@@ -282,13 +283,14 @@ def fly_all(
     for c in range(len(leg_of)):
         if count + len(miss) > len(found.particle):
             found = with_more_room(found)
-        start_s[c] = departure.time_s + (lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0)
+        arrive_s = departure.time_s + (lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0)
+        start_s[c] = arrive_s + turns_s[c]
         for who in here:
             found.particle[count], found.seen_at[count] = who, departure.time_s
             seen_by[who] = c + 1
             count += 1
         marks = Marks(seen_by, c + 1, c + 1)
-        count = see_on_the_way(transit_of[c], start_s[c], around, marks, found, count)
+        count = see_on_the_way(transit_of[c], arrive_s, around, marks, found, count)
         road = RoadFlight(leg_of[c], start_s[c])
         count = see_along_road(road, miss, marks, index, found, count)
         first[c + 1] = count
@@ -338,7 +340,7 @@ def score_all(
     index: SearchIndex,
 ) -> Earnings:
     """Return what a flight to and along each candidate earns."""
-    (leg_of, transit_of), lasts_s = candidates, transits.lasts_s
+    (leg_of, transit_of, turns_s), lasts_s = candidates, transits.lasts_s
     around = look_around(departure, transits, transit_of, miss, index)
     seen_by = np.zeros(len(miss), dtype=np.int32)
     found = room_for_sightings(len(miss))
@@ -352,13 +354,14 @@ def score_all(
     for transit in range(-1, len(lasts_s)):
         if head[transit + 1] < 0:
             continue
-        start_s = departure.time_s + (lasts_s[transit] if transit >= 0 else 0.0)
+        arrive_s = departure.time_s + (lasts_s[transit] if transit >= 0 else 0.0)
         marks = Marks(seen_by, transit + 2, transit + 2)
-        count = see_on_the_way(transit, start_s, around, marks, found, zero())
+        count = see_on_the_way(transit, arrive_s, around, marks, found, zero())
         reward, seen = earned_by(found, count, miss, index)
         reward += at_once * reward_of(departure.time_s, index.goal)
         c = head[transit + 1]
         while c >= 0:
+            start_s = arrive_s + turns_s[c]
             road, marks = RoadFlight(leg_of[c], start_s), Marks(seen_by, transit + 2, -1 - c)
             count = see_along_road(road, still, marks, index, found, zero())
             more, others = earned_by(found, count, miss, index)
