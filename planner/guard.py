@@ -30,6 +30,7 @@ LARGEST_XML = 4 << 30
 MOST_PACKED, SMALL = 200, 100 << 20
 DEEPEST = 100  # tables in tables
 BLOCK = 1 << 20
+AS_WRITTEN = "give the file as its program wrote it"
 LARGEST_NUMBER = 2**63  # what TOML promises to hold
 # SUMO's files are written so, and every parser on their way agrees on what they hold.
 ENCODINGS = re.compile(r"utf-?8|utf-?16(le|be)?|us-ascii|ascii|iso-8859-\d+|windows-125\d", re.I)
@@ -39,17 +40,15 @@ DECLARED = re.compile(rb"""\A<\?xml[^>]*?encoding\s*=\s*["']([^"'>]*)["']""")
 
 
 def read_text(path: Path, largest: int = LARGEST_TOML) -> str:
-    """Return the text of a UTF-8 file without its byte order mark.
+    """Return the text of a UTF-8 file, unpacked if it is gzipped, without its byte order mark.
 
     Raises
     ------
     InputError
         If it cannot be read, is no UTF-8, or is larger than ``largest`` bytes.
     """
-    with opened(path) as file:
-        content = file.read(largest + 1)
-    if len(content) > largest:
-        raise _too_large(path, largest)
+    with unpacked(path, largest) as file:
+        content = file.read()
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -187,13 +186,27 @@ def opened_xml(path: Path, largest: int = LARGEST_XML) -> Iterator[IO[bytes]]:
         If it is missing, is no XML, has a document type or an encoding that SUMO does not write,
         or (while it is read) unpacks to more than ``largest`` bytes.
     """
+    with unpacked(path, largest) as file:
+        root_of(path, file.peek(BLOCK))  # only before the root may a document type stand
+        yield file
+
+
+@contextmanager
+def unpacked(path: Path, largest: int) -> Iterator[io.BufferedReader]:
+    """Give a file for reading, unpacked if it is gzipped.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is no plain file, or (while it is read) its gzip is broken or it holds
+        more than ``largest`` bytes.
+    """
     with opened(path) as file:
         packed = file.read(2) == b"\x1f\x8b"
         file.seek(0)
         raw: IO[bytes] = gzip.GzipFile(fileobj=file) if packed else file  # type: ignore[assignment]
         limit = min(largest, max(SMALL, MOST_PACKED * os.fstat(file.fileno()).st_size))
         bounded: Any = io.BufferedReader(_Bounded(raw, path, limit if packed else largest), BLOCK)
-        _check_beginning(path, bounded)
         try:
             yield bounded
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
@@ -231,15 +244,6 @@ class _Root(Exception):
     """The root element was reached."""
 
 
-def _check_beginning(path: Path, file: Any) -> None:
-    """Read up to the root element: only before it may a document type stand."""
-    try:
-        beginning = file.peek(BLOCK)
-    except (EOFError, OSError, zlib.error) as error:
-        raise InputError(f"{path}: is no whole gzip file ({error}); copy it again") from error
-    root_of(path, beginning)
-
-
 def root_of(path: Path, beginning: bytes) -> str:
     """Return the name of the root element of an XML file, of which the beginning is given.
 
@@ -274,9 +278,11 @@ def root_of(path: Path, beginning: bytes) -> str:
     except InputError:
         raise
     except (expat.ExpatError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: is not XML ({error}); give a file as SUMO writes it") from error
+        raise InputError(
+            f"{path}: is not XML ({error}); give the file as its program wrote it"
+        ) from error
     if beginning.strip():
-        raise InputError(f"{path}: is not XML (no element); give a file as SUMO writes it")
+        raise InputError(f"{path}: is not XML (no element); {AS_WRITTEN}")
     return ""
 
 
@@ -314,7 +320,9 @@ def xml_elements(path: Path, largest: int = LARGEST_XML) -> Iterator[Any]:
             for _, element in ElementTree.iterparse(file):
                 yield element
         except (ElementTree.ParseError, LookupError, UnicodeError) as error:
-            raise InputError(f"{path}: is not XML ({error}); give it as SUMO writes it") from error
+            raise InputError(
+                f"{path}: is not XML ({error}); give the file as its program wrote it"
+            ) from error
 
 
 def elements_in(path: Path, suspects: re.Pattern[bytes]) -> list[tuple[str, dict[str, str]]]:
@@ -369,5 +377,7 @@ def _parsed_elements(
     except (expat.ExpatError, ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: is not XML ({error}); give a file as SUMO writes it") from error
+        raise InputError(
+            f"{path}: is not XML ({error}); give the file as its program wrote it"
+        ) from error
     return found

@@ -147,7 +147,10 @@ def _owned(parent: Path | None, make: Callable[[Path], object], ending: str) -> 
             descriptor = made if isinstance(made, int) else None
             try:
                 if descriptor is None:
-                    descriptor = os.open(path, os.O_RDONLY)
+                    try:
+                        descriptor = os.open(path, os.O_RDONLY)
+                    except FileNotFoundError:
+                        continue  # swept before it was opened
                 locked(descriptor, wait=True)
                 if not is_at(path, descriptor):
                     continue  # swept before it was locked

@@ -36,6 +36,9 @@ CHECKER = (
     "verify_files.py",
     "verify_flight.py",
     "verify_plan.py",
+    "verify_times.py",
+    "verify_sight.py",
+    "verify_bound.py",
 )
 PARQUET = ("motion.parquet", "weights.parquet", "prices.parquet")
 
@@ -539,7 +542,7 @@ def test_nodes_at_one_place_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
     last = len(at_one) - 1
     assert {(0, last), (last, 0)} <= ends
     monkeypatch.syspath_prepend(TOOLS)
-    checker = import_module("verify")
+    checker = import_module("verify_bound")
     roads = [(a, b, at_one[[a, b]]) for a, b in ends if last not in (a, b)]
     given = checker.Given(3000.0, 500.0, "roads", True, 100.0, None, 1.0, None)
     with np.errstate(all="ignore"):

@@ -16,6 +16,7 @@ STAGES = (
     "belief",
     "futures",
     "flight",
+    "telemetry",
     "detection",
     "search",
     "bounds",

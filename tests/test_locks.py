@@ -1,5 +1,6 @@
 """Temporary files whose owner has ended are removed, and no others; one command has a folder."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -36,6 +37,23 @@ def test_the_next_file_written_there_sweeps(tmp_path: Path) -> None:
     with written_whole(tmp_path / "a.csv") as new:
         new.write_text("whole", encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_a_folder_that_is_swept_before_it_is_its_owner_s_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, made = os.mkdir, []
+
+    def swept_at_once(path: Path, mode: int = 0o777) -> None:
+        make(path, mode)
+        made.append(path)
+        if len(made) == 1:
+            sweep(tmp_path)
+
+    monkeypatch.setattr(os, "mkdir", swept_at_once)
+    with temporary_folder(tmp_path) as folder:
+        assert made == [made[0], folder]
+        assert [*tmp_path.iterdir()] == [folder]
 
 
 def test_a_second_command_is_refused_a_folder(tmp_path: Path) -> None:

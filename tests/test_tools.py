@@ -40,6 +40,12 @@ def test_longer_benchmarks_are_started(program: str) -> None:
     assert "--u0-km" in done.stdout
 
 
+def test_the_call_is_measured_from_enter() -> None:
+    done = run("benchmark.py", "--call", "--help")
+    assert done.returncode == 0, done.stderr
+    assert "wall-clock seconds from Enter" in done.stdout
+
+
 def test_benchmark_measures_against_the_slow_twin() -> None:
     done = run("benchmark.py", "--only", "detection", "--repeats", "1")
     assert done.returncode == 0, done.stderr

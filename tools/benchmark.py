@@ -171,6 +171,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 
 
 PROGRAMS = (
+    "call",
     "search",
     "certificate",
     "futures-towns",

@@ -16,6 +16,7 @@ import numpy as np
 import pyarrow
 import verify_plan
 from verify_files import LARGEST, Array, Fields, RefusedError, read_columns, read_json, rows_of
+from verify_times import timed_again
 
 Prefix: TypeAlias = tuple[int, ...]  # the first hops of a flight; () is before take-off
 Pair: TypeAlias = tuple[float, float]
@@ -144,6 +145,7 @@ def read_inputs(folder: Path) -> Inputs:
             *_digests(run, plan, net, motion, weight),
             *_of_scenario(run, planned, given, waypoints),
             *(same(*said) for said in verify_plan.said_again(run, plan, flight, waypoints[0])),
+            *(same(*said) for said in timed_again(flight, waypoints)),
             *_consistent(roads, motion),
         ),
     )
@@ -293,7 +295,10 @@ def _of_scenario(run: Fields, planned: Fields, given: Given, waypoints: Array) -
     yield same("horizon_s of the scenario", given.horizon_s, search.number("horizon_s"))
     yield same("radius_m of the scenario", given.radius_m, sensor.number("radius_m"))
     yield same("transit of the scenario", given.transit, sensor.flag("detects_in_transit"))
-    yield same("speed_mps of the scenario", given.speed_mps, uav.number("speed_mps"))
+    winds = "wind" in uav and uav.any("wind") is not None
+    wind_mps = uav.part("wind").number("speed_mps", 0.0) if winds else 0.0
+    fastest_mps = uav.number("speed_mps") + wind_mps
+    yield same("speed_mps of the scenario", given.speed_mps, fastest_mps)
     objective = search.text("objective")
     yield same("objective of the scenario", planned.text("objective"), objective)
     by_s = search.number("by_s") if objective == "probability" else None

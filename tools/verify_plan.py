@@ -10,6 +10,7 @@ import numpy as np
 from verify_files import Array, Fields, RefusedError, rows_of
 
 DEGREES = (("lon", 180.0), ("lat", 90.0))
+RATES = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
 
 
 def waypoints(plan: Fields, flight: Fields) -> Array:
@@ -44,6 +45,9 @@ def said_again(
     yield "speed of the scenario", flight.above_zero("speed_mps"), uav.number("speed_mps")
     longest_s = uav.maybe("max_flight_time_s") if "max_flight_time_s" in uav else None
     yield "longest flight of the scenario", flight.maybe("max_flight_time_s"), longest_s
+    for key in RATES:  # a scenario may leave them to the aircraft that it names
+        if "aircraft" in flight and key in uav:
+            yield f"{key} of the scenario", flight.part("aircraft").any(key), uav.maybe(key)
     start = _place(plan, flight.part("start"))
     yield "start at the first waypoint", start, first[1:].tolist()
     if flight.any("landing") is not None:

@@ -102,7 +102,10 @@ def _edges(network: RoadNetwork, weights: Mapping[str, float]) -> Stretches:
     some = {name: w for name, w in weights.items() if name in index and w > 0}
     if not some:
         named = ", ".join(list(weights)[:3])
-        raise InputError(f"names no edge of this net that a car may use ({named}); correct it")
+        raise InputError(
+            f"names no edge of this net that a car may use and that weighs more than 0 ({named}); "
+            "correct it"
+        )
     edge = np.array([index[name] for name in some])
     weight = np.array(list(some.values()))
     return Stretches(edge, np.zeros(len(edge)), network.edge_length_m[edge], weight / weight.sum())

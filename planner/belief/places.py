@@ -143,9 +143,18 @@ def nearest_to(network: RoadNetwork, x_m: float, y_m: float) -> tuple[int, float
 
 
 def place_nearest_to(network: RoadNetwork, x_m: float, y_m: float) -> Stretches:
-    """Return the place on a road that is nearest to a point, as a stretch without length."""
+    """Return the place on a road that is nearest to a point, as a stretch without length.
+
+    Raises
+    ------
+    InputError
+        If it lies farther than `FAR_M` from any road.
+    """
     lines = lines_of(network)
-    k = int(np.argmin(away_m(lines, x_m, y_m)))
+    away = away_m(lines, x_m, y_m)
+    k = int(np.argmin(away))
+    if away[k] > FAR_M:
+        raise InputError(_too_far(network, lines, away, None))
     step, to = lines.b_m[k] - lines.a_m[k], np.array([x_m, y_m]) - lines.a_m[k]
     share = float(np.clip(np.dot(step, to) / max(float(np.dot(step, step)), SAME_M), 0.0, 1.0))
     at_m = np.array([lines.at_m[k] + share * lines.long_m[k]])

@@ -45,7 +45,10 @@ def read_routes(path: Path) -> Planned:
     if planned.routes and planned.ends:
         raise InputError(f"{path}: holds routes and trips; make routes of all with duarouter")
     if not any(planned.routes.values()) and not planned.ends:
-        raise InputError(f"{path}: holds no routes and no trips with an edge to; give a .rou.xml")
+        raise InputError(
+            f"{path}: holds no route with a probability above 0 and no trip with an edge to; give "
+            "a .rou.xml"
+        )
     return planned
 
 

@@ -12,6 +12,7 @@ from planner.belief.zone_file import read_zone
 from planner.errors import InputError
 from planner.messages import as_written
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, xy_of_lonlat
+from planner.network.polygons import sound_polygon
 from planner.network.road_network import RoadNetwork
 from planner.scenario.target_values import (
     AreaStart,
@@ -42,6 +43,7 @@ def stretches_of(start: Any, network: RoadNetwork, folder: Path = Path()) -> Str
     if isinstance(start, CircleStart | LonLatStart):
         return _in_circle(network, start)
     if isinstance(start, AreaStart):
+        sound_polygon(np.array(start.area))
         return in_area(network, start.area, leads_on=True)
     if isinstance(start, TazStart):
         zone = read_zone(folder / start.file, start.taz)
@@ -82,8 +84,8 @@ def _of_zone(network: RoadNetwork, weights: Mapping[str, float], start: TazStart
     if not edges:
         named = ", ".join(list(weights)[:3])
         raise InputError(
-            f"the taz {as_written(start.taz)} has no edge of this net that a car may use and that "
-            f"leads on ({named}); give a taz of this net"
+            f"the taz {as_written(start.taz)} has no edge of this net that a car may use, that "
+            f"leads on and that weighs more than 0 ({named}); give a taz of this net"
         )
     edge = np.array(edges)
     weight = np.array([weights[network.edge_ids[e]] for e in edges])

@@ -2,7 +2,7 @@
 
 import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,9 @@ class _Interval:
         return max(0.0, min(self.end_s, horizon_s) - max(self.begin_s, 0.0))
 
 
-def read_turns(path: Path, horizon_s: float = math.inf) -> TurnTable:
+def read_turns(
+    path: Path, horizon_s: float = math.inf, *, note: Callable[[str], None] = log.info
+) -> TurnTable:
     """Return the shares of a file of ``edgeRelation`` elements, by its two edges.
 
     Counts, per cent and shares that were rounded come out as parts of one. A sink has no ways. Of
@@ -41,6 +43,8 @@ def read_turns(path: Path, horizon_s: float = math.inf) -> TurnTable:
     ----------
     horizon_s
         Up to when the target is looked for, seconds on its clock, which is the file's.
+    note
+        Is told what of the file counts otherwise than it may seem.
 
     Raises
     ------
@@ -51,7 +55,7 @@ def read_turns(path: Path, horizon_s: float = math.inf) -> TurnTable:
     if not any(one.shares or one.sinks for one in intervals):
         raise InputError(f"{path}: holds no edgeRelation; give a SUMO turn file")
     if any(one.sources for one in intervals):
-        log.warning("%s: its sources are not read; target.start says where the target starts", path)
+        note(f"{path}: its sources are not read; target.start says where the target starts")
     if len(intervals) == 1:
         return _joined(intervals, [1.0])
     lasts_s = [one.lasts_s(horizon_s) for one in intervals]
@@ -64,10 +68,9 @@ def read_turns(path: Path, horizon_s: float = math.inf) -> TurnTable:
         lasts_s = [float(math.isinf(one)) for one in lasts_s]
     used = [(one, s) for one, s in zip(intervals, lasts_s, strict=True) if s > 0]
     if len(used) > 1:
-        log.warning(
-            "%s: %d intervals lie within the search; turns have the mean of their shares",
-            path,
-            len(used),
+        note(
+            f"{path}: {len(used)} intervals lie within the search; turns have the mean of their "
+            "shares"
         )
     return _joined([one for one, _ in used], [s for _, s in used])
 

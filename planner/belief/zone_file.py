@@ -1,12 +1,15 @@
 """Traffic assignment zones from SUMO's additional files."""
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from planner.errors import InputError
 from planner.guard import xml_elements
 from planner.messages import as_written, suggestion
+
+Attributes = Mapping[str, str]
 
 
 @dataclass
@@ -24,33 +27,42 @@ def read_zone(path: Path, name: str) -> Zone:
     Raises
     ------
     InputError
-        If there is no such file or zone, or it holds neither edges nor a shape.
+        If there is no such file or zone, or it holds neither edges nor a shape. What is wrong with
+        other zones does not matter.
     """
-    zones: dict[str, Zone] = {}
-    starts: dict[str, float] = {}
-    goals: dict[str, float] = {}
+    zones: list[str] = []
+    found: Zone | None = None
+    ends: list[tuple[str, Attributes]] = []  # sources and sinks come before the zone that has them
     for element in xml_elements(path):
         tag, said = element.tag.rpartition("}")[2], element.attrib
         if tag in ("tazSource", "tazSink"):
-            ends = starts if tag == "tazSource" else goals
-            ends[said.get("id", "")] = _weight(path, said)
+            ends.append((tag, said))
         elif tag == "taz":
-            named = dict.fromkeys(said.get("edges", "").split(), 1.0)
-            shape = _corners(path, said.get("shape", ""))
-            zone = Zone(starts or named or goals, goals or named or starts, shape)
-            zones[said.get("id", "")] = zone
-            starts, goals = {}, {}
-    if name not in zones:
-        if not zones:
-            raise InputError(f"{path}: holds no taz; give a SUMO additional file")
-        raise InputError(f"{path}: holds no taz {name}; {suggestion(name, list(zones))}")
-    zone = zones[name]
+            zones.append(said.get("id", ""))
+            if zones[-1] == name:
+                found = _zone(f"{path}: the taz {name}", said, ends)
+            ends = []
+    if not zones:
+        raise InputError(f"{path}: holds no taz; give a SUMO additional file")
+    if found is None:
+        raise InputError(f"{path}: holds no taz {name}; {suggestion(name, zones)}")
+    return found
+
+
+def _zone(where: str, said: Attributes, ends: Sequence[tuple[str, Attributes]]) -> Zone:
+    named = dict.fromkeys(said.get("edges", "").split(), 1.0)
+    starts, goals = (
+        {end.get("id", ""): _weight(where, end) for tag, end in ends if tag == kind}
+        for kind in ("tazSource", "tazSink")
+    )
+    shape = _corners(where, said.get("shape", ""))
+    zone = Zone(starts or named or goals, goals or named or starts, shape)
     if not zone.starts and not zone.corners:
-        raise InputError(f"{path}: the taz {name} holds neither edges nor a shape; add edges to it")
+        raise InputError(f"{where} holds neither edges nor a shape; add edges to it")
     return zone
 
 
-def _weight(path: Path, said: dict[str, str]) -> float:
+def _weight(where: str, said: Attributes) -> float:
     text = said.get("weight", "1")
     try:
         weight = float(text)
@@ -58,13 +70,13 @@ def _weight(path: Path, said: dict[str, str]) -> float:
         weight = math.nan
     if not 0 <= weight < 1e15:
         raise InputError(
-            f"{path}: the weight {as_written(text)} of edge {said.get('id', '')} is none; "
-            "give a number from 0 on"
+            f"{where} gives edge {said.get('id', '')} the weight {as_written(text)}; give a number "
+            "from 0 on"
         )
     return weight
 
 
-def _corners(path: Path, text: str) -> tuple[tuple[float, float], ...]:
+def _corners(where: str, text: str) -> tuple[tuple[float, float], ...]:
     corners = []
     for point in text.split():
         try:
@@ -72,6 +84,6 @@ def _corners(path: Path, text: str) -> tuple[tuple[float, float], ...]:
         except ValueError:
             x_m = y_m = math.nan
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
-            raise InputError(f"{path}: {as_written(point)} is no point of a shape; give x,y")
+            raise InputError(f"{where}: {as_written(point)} is no point of a shape; give x,y")
         corners.append((x_m, y_m))
     return tuple(corners) if len(corners) > 2 else ()

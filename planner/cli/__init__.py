@@ -49,6 +49,7 @@ COMMANDS = (
     ("check", "measure a net, tell what work on it costs and what is odd"),
     ("futures", "simulate the particles in SUMO and record their futures"),
     ("new", "write a call in words as a scenario file, and plan nothing"),
+    ("now", "plan a call in words while the clock runs"),
     ("where", "show where the target may be at a given time"),
     ("plan", "plan a search and evaluate it on fresh targets"),
     ("fly", "fly a plan against true targets"),

@@ -1,6 +1,7 @@
 """Arguments that several commands take, their types, and the overrides they stand for."""
 
 import argparse
+import math
 from pathlib import Path
 
 from planner.clock import seconds
@@ -114,6 +115,16 @@ def add_targets(parser: argparse.ArgumentParser, *, default: int | None = None) 
     )
 
 
+def add_origin(parser: argparse.ArgumentParser) -> None:
+    """Add where on the Earth a net lies that does not say so."""
+    parser.add_argument(
+        "--origin",
+        type=lat_lon,
+        metavar="LAT,LON",
+        help="where x and y are 0, for a net without a projection (south: --origin=-33.9,18.4)",
+    )
+
+
 def add_objective(parser: argparse.ArgumentParser) -> None:
     """Add what the search optimizes."""
     parser.add_argument(
@@ -201,3 +212,27 @@ def path(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("is empty; give the path of a file or a folder")
     return Path(text)
+
+
+def metres(text: str) -> float:
+    """Return a length in metres from 0 on."""
+    try:
+        length_m = float(text)
+    except ValueError:
+        length_m = math.nan
+    if not 0.0 <= length_m < math.inf:
+        raise argparse.ArgumentTypeError(f"should be metres from 0 on, not {text!r}")
+    return length_m
+
+
+def lat_lon(text: str) -> tuple[float, float]:
+    """Return a latitude and a longitude in degrees."""
+    try:
+        lat_deg, lon_deg = (float(part) for part in text.split(","))
+    except ValueError:
+        lat_deg = lon_deg = math.nan
+    if not (-90.0 < lat_deg < 90.0 and -180.0 <= lon_deg <= 180.0):
+        raise argparse.ArgumentTypeError(
+            f"should be a latitude and a longitude in degrees, as in 49.61,6.13, not {text!r}"
+        )
+    return lat_deg, lon_deg

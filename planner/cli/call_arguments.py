@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from planner.mission.call import Call
     from planner.mission.opening import OpenScenario
 
+WIDTH = 79  # characters of a line
 DETAILS = """\
 WHERE is 52.43,13.52 (latitude first; also 52 25.8 N 13 31.2 E), a street, two
 streets that cross ("Rudower Chaussee / Wegedornstraße"), a full Plus Code, or a
@@ -105,9 +107,18 @@ def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
 
 
 def lines_of(call: "Call") -> list[str]:
-    """Return what each word was understood as, a line each."""
-    width = max(len(name) for name, _ in call.understood)
-    return [f"{name:{width}}  {meant}" for name, meant in call.understood]
+    """Return what each word was understood as, wrapped beside its name."""
+    margin = 2 + max(len(name) for name, _ in call.understood)
+    return [
+        textwrap.fill(
+            f"{name:{margin}}{meant}",
+            WIDTH,
+            subsequent_indent=margin * " ",
+            break_on_hyphens=False,
+            break_long_words=False,
+        )
+        for name, meant in call.understood
+    ]
 
 
 def write_call(call: "Call", file: Path, source: str) -> "OpenScenario":

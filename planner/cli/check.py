@@ -1,7 +1,7 @@
 """`planner check`: what a net is like, what work on it costs, and what is odd about it."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -41,6 +41,8 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.nets import opened_net
     from planner.mission.remarks import scenario_remarks
     from planner.network.survey import remarks, survey
+    from planner.report.formats import listed
+    from planner.report.real_flight import aircraft_line
 
     network, opened = opened_net(arguments)
     found = survey(network)
@@ -53,8 +55,13 @@ def run(arguments: argparse.Namespace) -> int:
         "cost": {"recording": cost.recording._asdict(), "plan": cost.plan._asdict()},
         "remarks": odd,
     }
-    told = [f"- {line}" for line in odd] or ["nothing is odd about it"]
-    print_result(arguments, summary, [_table(network, found, cost), *told])
+    measures = dict(_measures(found)) | dict(_told_costs(cost))
+    if opened is None:  # what is one road to a sensor is not known yet
+        del measures["roads"]
+    told = [listed(odd) if odd else "nothing is odd about it"]
+    if opened is not None and opened.scenario.uav.is_real:
+        told.append(aircraft_line(opened.scenario.uav))
+    print_result(arguments, summary, [_table(str(network.given_as), measures), *told])
     return 0
 
 
@@ -88,14 +95,14 @@ def _costs(network: "RoadNetwork", opened: "OpenScenario | None") -> _Costs:
     return _Costs(recording, to_plan, (particles, holdout, fresh), horizon_s)
 
 
-def _table(network: "RoadNetwork", found: "Survey", cost: _Costs) -> "Table":
+def _table(title: str, measures: Mapping[str, str]) -> "Table":
     from planner.report.formats import titled_table
 
-    table = titled_table(str(network.given_as))
+    table = titled_table(title)
     table.show_header = False
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
-    for name, text in [*_measures(found), *_told_costs(cost)]:
+    for name, text in measures.items():
         table.add_row(name, text)
     return table
 

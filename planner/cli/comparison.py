@@ -28,7 +28,7 @@ from planner.mission.bounds import Bounds, bounds_of, stored_bound
 from planner.mission.opening import OpenScenario
 from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
 from planner.mission.trial import Trial
-from planner.report import paired, run_files, sentences, tables
+from planner.report import paired, real_flight, run_files, sentences, tables
 from planner.search.methods import METHODS, Method
 
 
@@ -57,10 +57,13 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
             run_files.write_compare(new, rows)
     summary = {"methods": [run_files.compare_cells(row) for row in rows]}
     title = f"{opened.scenario.name}: {len(targets.fresh.futures):,} fresh targets"
-    table = tables.compare_table(rows, title)
+    table = tables.compare_table(rows, title, in_town=not opened.network.is_abstract)
     written = [f"written to {arguments.output}"] if arguments.output else []
     lead = paired.against_patterns(rows)
-    said = [table, *filter(None, [lead]), *sentences.reasons(rows), *bounds.reasons, *written]
+    uav = opened.scenario.uav
+    flown = [real_flight.aircraft_line(uav)] if uav.is_real else []
+    said = [table, *filter(None, [lead]), *sentences.reasons(rows), *bounds.reasons, *flown]
+    said += written
     print_result(arguments, summary, said)
     return 0
 

@@ -1,12 +1,11 @@
 """`planner export`: a stored plan as files that pilots and autopilots fly."""
 
 import argparse
-import math
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from planner.cli.arguments import add_jobs, add_run, count, path
+from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -100,7 +99,7 @@ def _add_flight(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--tolerance",
-        type=_metres,
+        type=metres,
         metavar="M",
         help="how far it may be off the plan at any time, to have fewer waypoints (default: a "
         "sixth of the detection radius, at most 10)",
@@ -123,12 +122,7 @@ def _add_flight(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="in at most N legs, along named streets, for a pilot with a stick",
     )
-    parser.add_argument(
-        "--origin",
-        type=_lat_lon,
-        metavar="LAT,LON",
-        help="where x and y are 0, for a net without a projection (south: --origin=-33.9,18.4)",
-    )
+    add_origin(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -182,6 +176,8 @@ def _flight(
     file = arguments.aircraft
     uav = None if file is None else with_aircraft(opened.scenario.uav, file)
     if arguments.by_hand is not None:
+        if arguments.tolerance is not None:
+            raise InputError("--tolerance: is for an autopilot's flight; leave it or --by-hand out")
         hand = Hand(arguments.by_hand, _judge(arguments, opened, stored))
         return hand_flight(opened, stored, hand, uav=uav, origin=arguments.origin)
     return run_flight(
@@ -256,25 +252,3 @@ class _Refused(InputError):
         from planner.messages import plain
 
         return "\n".join(map(plain, self._lines))
-
-
-def _metres(text: str) -> float:
-    try:
-        metres = float(text)
-    except ValueError:
-        metres = math.nan
-    if not 0.0 <= metres < math.inf:
-        raise argparse.ArgumentTypeError(f"should be metres from 0 on, not {text!r}")
-    return metres
-
-
-def _lat_lon(text: str) -> tuple[float, float]:
-    try:
-        lat_deg, lon_deg = (float(part) for part in text.split(","))
-    except ValueError:
-        lat_deg = lon_deg = math.nan
-    if not (-90.0 < lat_deg < 90.0 and -180.0 <= lon_deg <= 180.0):
-        raise argparse.ArgumentTypeError(
-            f"should be a latitude and a longitude in degrees, as in 49.61,6.13, not {text!r}"
-        )
-    return lat_deg, lon_deg

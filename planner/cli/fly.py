@@ -5,7 +5,17 @@ from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.arguments import add_jobs, add_run, add_targets, seed
+from planner.cli.arguments import (
+    add_jobs,
+    add_origin,
+    add_run,
+    count,
+    metres,
+    moment,
+    path,
+    seed,
+    span,
+)
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -14,21 +24,29 @@ if TYPE_CHECKING:
     from planner.mission.recorder import Recorder
 
 SUMMARY = "fly a plan against true targets"
-DETAILS = "Writes flights.csv to the run's folder."
+DETAILS = """\
+Writes flights.csv to the run's folder. With --track it is the flight that was
+recorded: what it was worth beside its plan, on the same targets, and where the
+target can still be, if it was not seen; files are then written with -o only."""
 EXAMPLES = (
     ("fly runs/first --targets 1000", "when is each one found?"),
     ('fly runs/first --route "r0c0-r0c1 r0c1-r0c2" --target-speed 20', ""),
+    ("fly runs/town --track flown.gpx", "what was flown; where is it still?"),
+    ("fly runs/town --track flown.csv --takes-off-at 0:02:00 -o out", ""),
 )
-OTHER_TARGETS = (
-    "these targets are drawn from the scenario's belief; the plan was made on --futures, "
-    "which may differ"
-)
+TARGETS = 1000
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `planner fly`."""
     add_run(parser)
-    add_targets(parser, default=1000)
+    parser.add_argument(
+        "--targets",
+        type=count,
+        metavar="N",
+        help=f"number of fresh targets to fly against (default: {TARGETS}; with --track those that "
+        "the plan was evaluated on)",
+    )
     parser.add_argument(
         "--route",
         metavar="EDGES",
@@ -44,20 +62,86 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="with --route: where it starts, in metres along the first edge (default: 0)",
     )
     parser.add_argument(
-        "-s", "--seed", type=seed, help="seed of the true targets (default: the run's)"
+        "-s",
+        "--seed",
+        type=seed,
+        help="seed of the true targets (default: the run's; with --track it takes others than the "
+        "plan was evaluated on)",
     )
+    _add_track(parser)
     add_jobs(parser)
-    parser.add_argument("--force", action="store_true", help="overwrite flights.csv")
+    parser.add_argument("--force", action="store_true", help="overwrite the files")
+
+
+def _add_track(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--track",
+        type=path,
+        metavar="FILE",
+        help="a flight that was recorded: GPX, CSV, SUMO's FCD, or an autopilot's .tlog or .bin "
+        "(these two with pymavlink)",
+    )
+    parser.add_argument(
+        "--takes-off-at",
+        type=moment,
+        metavar="TIME",
+        help="with --track: when it took off, in seconds or H:M:S after the target was last seen "
+        "(default: by its times of day and target.sighted_at, or its own seconds)",
+    )
+    parser.add_argument(
+        "--sensor-from",
+        type=metres,
+        metavar="M",
+        help="with --track: from which height above its lowest point the sensor counts (default: "
+        "nearly uav.altitude_m)",
+    )
+    parser.add_argument(
+        "--break-after",
+        type=span,
+        metavar="S",
+        help="with --track: between points farther apart in time nothing counts as seen "
+        "(default: 10)",
+    )
+    parser.add_argument(
+        "--at",
+        type=moment,
+        metavar="TIME",
+        help="with --track: when it can still be where (default: at the flight's end)",
+    )
+    parser.add_argument(
+        "--aircraft",
+        type=path,
+        metavar="FILE",
+        help="with --track: the aircraft that flew it, as `export` takes it (default: the "
+        "scenario's)",
+    )
+    add_origin(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR",
+        help="with --track: write flights.csv, where.csv and where.png to DIR",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
     from planner.cli.session import Drive, new_files, recorded
     from planner.mission.fly import fly
-    from planner.mission.run_folder import FLIGHTS, open_run, own_futures, refuse_no_run
+    from planner.mission.run_folder import (
+        FLIGHTS,
+        OTHER_TARGETS,
+        open_run,
+        own_futures,
+        refuse_no_run,
+    )
     from planner.report import run_files, tables
 
     _check_route(arguments)
+    if arguments.track is not None:
+        return _debriefed(arguments)
+    _refuse_without_track(arguments)
     refuse_no_run(arguments.directory)
     with ExitStack() as stack:
         names = (FLIGHTS,)
@@ -72,12 +156,34 @@ def run(arguments: argparse.Namespace) -> int:
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
-    first: Any = tables.flights_table(flown.evaluation)
+    first: Any = tables.flights_table(flown.evaluation, in_town=not opened.network.is_abstract)
     if arguments.route is not None:
         first = run_files.mission_line(flown)
         summary["found"] = bool(flown.evaluation.found[0])
     print_result(arguments, summary, [first, *note, f"written to {written}"])
     return 0
+
+
+def _debriefed(arguments: argparse.Namespace) -> int:
+    from planner.cli.debriefing import debriefed
+
+    if arguments.route is not None:
+        raise InputError("--track: is held against many targets; leave --route out")
+    return debriefed(arguments)
+
+
+def _refuse_without_track(arguments: argparse.Namespace) -> None:
+    for name in (
+        "takes_off_at",
+        "sensor_from",
+        "break_after",
+        "at",
+        "aircraft",
+        "origin",
+        "output",
+    ):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')}: goes with --track; give both, or none")
 
 
 def _check_route(arguments: argparse.Namespace) -> None:
@@ -91,7 +197,7 @@ def _check_route(arguments: argparse.Namespace) -> None:
 
 def _true_targets(recorder: "Recorder", *, arguments: argparse.Namespace, seed: int) -> "Recording":
     if arguments.route is None:
-        return recorder.truths(arguments.targets, seed=seed)
+        return recorder.truths(arguments.targets or TARGETS, seed=seed)
     return recorder.predefined(
         arguments.route.split(),
         speed_mps=arguments.target_speed,

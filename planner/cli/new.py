@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
         file = output_file(stack, arguments)
         assert file is not None
         call_arguments.write_call(call, file, arguments.net)
-    written = f"written to {arguments.output}; planner plan {arguments.output} plans it"
+    written = [f"written to {arguments.output}", f"to plan it: planner plan {arguments.output}"]
     summary = {"understood": [*map(list, call.understood)], "file": str(arguments.output)}
-    print_result(arguments, summary, [*call_arguments.lines_of(call), written])
+    print_result(arguments, summary, [*call_arguments.lines_of(call), *written])
     return 0

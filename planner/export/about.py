@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.export.checks import remarks
+from planner.export.directions import HEADING
 from planner.export.formats import Wanted
 from planner.export.from_run import RunFlight
 from planner.export.parameters import lean_note, parameters
@@ -145,8 +146,9 @@ class Summary:
         """The legs of a pilot with a stick, in order; none for autopilots."""
         if not self.run.by_hand:
             return []
-        legs = [f"{k:>3}. {plain(leg.line)}" for k, leg in enumerate(self.run.by_hand, 1)]
-        return ["By hand, at full speed, at rest to turn; hold nowhere:", *legs]
+        legs = [f"{k:>3}.{plain(leg.line)}" for k, leg in enumerate(self.run.by_hand, 1)]
+        said = "By hand, at full speed, at rest to turn; hold nowhere; bearings from true north:"
+        return [said, f"    {HEADING}", *legs]
 
     @property
     def _vehicle(self) -> list[str]:
@@ -200,6 +202,8 @@ def _parameters(run: RunFlight, wanted: Wanted) -> list[str]:
     """Return a line for each parameter; what the aircraft does at once has none."""
     who = "PX4" if wanted.autopilot == "px4" else "ArduPilot"
     lines = [one.line for one in parameters(run.aircraft.law, wanted.autopilot)]
+    if not lines:
+        return ["Which parameters of an aircraft on wings the times rest on is not known."]
     note = lean_note(run.aircraft.law)
     return [
         f"The times rest on these parameters of {who}; set them:",

@@ -3,9 +3,12 @@
 from collections.abc import Iterator
 from math import hypot, inf
 
+import numpy as np
+
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
+from planner.flight.turning import tight_corners
 from planner.messages import counted
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
@@ -62,12 +65,29 @@ def _aircraft(run: RunFlight) -> Iterator[str]:
 
 
 def _pieces(run: RunFlight) -> Iterator[str]:
-    corner_m = run.aircraft.law.corner_m
+    law = run.aircraft.law
+    if not law.can_hover:
+        yield from _wings(run)
+        return
+    corner_m = law.corner_m
     short = sum(0.0 < metres < corner_m < inf for metres in run.flight.lengths_m)
     if short:
         yield (
             f"{counted(short, 'piece')} shorter than uav.corner_m, {corner_m:g} m, cannot be flown "
             "as drawn; give a larger --tolerance"
+        )
+
+
+def _wings(run: RunFlight) -> Iterator[str]:
+    """Yield where it flies as only an aircraft can that hovers."""
+    places = [(one.x_m, one.y_m) for one in run.flight.waypoints]
+    moves = [k for k, place in enumerate(places) if k == 0 or place != places[k - 1]]
+    holds = sum(one.hold_s > 0.0 for one in run.flight.waypoints)
+    tight = tight_corners(np.array(places)[moves], run.aircraft.law)
+    if holds or tight:
+        yield (
+            f"it hovers at {counted(holds, 'place')} and has {counted(tight, 'corner')} too tight "
+            "for an aircraft that cannot hover (uav.hover); plan for it: --set uav.aircraft=..."
         )
 
 
@@ -85,10 +105,15 @@ def remarks(run: RunFlight) -> Iterator[str]:
     law = run.aircraft.law
     full_m = law.speed_mps**2 / law.acceleration_mps2
     short = sum(0.0 < metres < full_m for metres in run.flight.lengths_m)
-    if short:
+    if short and law.can_hover:
         yield (
             f"it does not reach its speed on {counted(short, 'piece')} of "
             f"{len(run.flight.lengths_m)}, shorter than {full_m:.0f} m; the times allow for it"
+        )
+    if not law.can_hover:
+        yield (
+            "files for autopilots take off as multicopters do: for an aircraft on wings set its "
+            "kind, its take-off and its landing; no flight of one has been tried"
         )
     if run.ended_s is not None:
         yield f"the battery ends the search at {clock(run.ended_s)}, before the end of the plan"

@@ -15,6 +15,8 @@ from planner.network.street_names import street_names
 AT_M = 60.0  # from a place is the crossing that names it
 WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 
+HEADING = f"{'begins':>8}{'length':>9}  bearing"
+
 
 class Direction(NamedTuple):
     """One leg, along a street or straight across country."""
@@ -26,11 +28,11 @@ class Direction(NamedTuple):
 
     @property
     def line(self) -> str:
-        """It in one line."""
+        """It in one line, below `HEADING`."""
         bearing = round(self.bearing_deg) % 360
         wind = WINDS[round(bearing / 45.0) % len(WINDS)]
-        far = f"{self.length_m:,.0f} m, bearing {bearing:03d} ({wind})"
-        return f"{clock(self.begins_s)}  {self.phrase}: {far}"
+        far = f"{self.length_m:>7,.0f} m  {bearing:03d} {wind:<2}"
+        return f"{clock(self.begins_s):>8}{far}  {self.phrase}"
 
 
 def directions(network: RoadNetwork, way: Way, leaves_s: Floats) -> list[Direction]:
@@ -45,6 +47,7 @@ def directions(network: RoadNetwork, way: Way, leaves_s: Floats) -> list[Directi
     """
     from scipy.spatial import KDTree
 
+    at_home = np.flatnonzero(np.all(way.xy_m == way.xy_m[0], axis=1)).tolist()
     nodes, found = KDTree(network.node_xy_m), []
     for a, b in way.legs:
         east_m, north_m = (way.xy_m[b] - way.xy_m[a]).tolist()
@@ -53,7 +56,7 @@ def directions(network: RoadNetwork, way: Way, leaves_s: Floats) -> list[Directi
         names = [_crossed(network, nodes, place, street) for place in way.xy_m[[a, b]]]
         length_m = float(np.hypot(*np.diff(way.xy_m[a : b + 1], axis=0).T).sum())
         bearing_deg = (degrees(atan2(east_m, north_m)) + north_deg) % 360.0
-        phrase = _phrase(street, *names, home=b == len(way.xy_m) - 1 and not street)
+        phrase = _phrase(street, *names, home=not street and b in at_home)
         found.append(Direction(phrase, length_m, bearing_deg, float(leaves_s[a])))
     return found
 

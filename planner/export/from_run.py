@@ -9,9 +9,10 @@ from planner.arrays import Floats
 from planner.errors import InputError
 from planner.export.by_hand import Judge, Pilot, by_hand
 from planner.export.directions import Direction, directions
-from planner.export.flight_file import Fix, FlightFile, Waypoint
+from planner.export.flight_file import FlightFile, Waypoint
 from planner.export.line import Line, line_of, simplified
 from planner.export.mavlink import Autopilot
+from planner.export.on_earth import ends_without_holds, fixes_of, waypoints_of
 from planner.export.way import Way
 from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, line_flown
@@ -20,15 +21,15 @@ from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
 from planner.mission.aircraft import aircraft_of
+from planner.mission.areas import link_of, within_link
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
-from planner.network.georeference import is_georeferenced, lonlat
+from planner.network.georeference import is_georeferenced
 from planner.network.road_network import RoadNetwork
 from planner.scenario.uav import UavSection
 
 MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
 PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
-DEGREES = 7  # digits that files have of a place
 HOLD_DIGITS: dict[Autopilot, int] = {"ardupilot": 0, "px4": 1}  # of the seconds that it hovers
 PLANE = "+proj=tmerc +lat_0={} +lon_0={} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 
@@ -126,6 +127,11 @@ def hand_flight(
         As `run_flight`, or if no street can be flown along.
     """
     setting = _Setting.of(opened, stored, uav, origin)
+    if not setting.law.can_hover:
+        raise InputError(
+            "--by-hand: a pilot with a stick comes to rest to turn, and this aircraft cannot hover "
+            "(uav.hover); leave it out"
+        )
     pilot = Pilot(setting.law, setting.battery, setting.up_s, setting.clear)
     way = by_hand(_planned(opened, stored), hand.legs, pilot, hand.judge, setting.network)
     track, times = setting.flown(way)
@@ -143,7 +149,7 @@ class _Setting:
     aircraft: Aircraft
     battery: Battery
     up_s: float  # when it is at its height
-    clear: Clear | None
+    airspace: Airspace | None
 
     @classmethod
     def of(
@@ -156,8 +162,12 @@ class _Setting:
             aircraft,
             _battery(uav, aircraft, opened),
             stored.plan.take_off_s + aircraft.law.climb_s,
-            None if opened.airspace is None else _clear(opened.airspace),
+            within_link(opened.airspace, link_of(uav, network)),
         )
+
+    @property
+    def clear(self) -> Clear | None:
+        return None if self.airspace is None else _clear(self.airspace)
 
     @property
     def law(self) -> FlightLaw:
@@ -171,16 +181,16 @@ class _Setting:
         return line_flown(way.xy_m, way.hold_s, self.law, up_s=self.up_s, lands=self.lands)
 
     def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
-        waypoints = _waypoints(way, arrives_s, self.network)
+        waypoints = waypoints_of(way, arrives_s, self.network)
         flight = _file(opened, self.network, self.law, waypoints)
-        fixes = _fixes(track, self.law, self.network, lands=self.lands)
+        fixes = fixes_of(track, self.law, self.network, lands=self.lands)
         return RunFlight(
             flight=replace(flight, way=fixes),
             aircraft=self.aircraft,
             battery=self.battery,
             track=track,
             network=self.network,
-            airspace=opened.airspace,
+            airspace=self.airspace,
             ended_s=None,
         )
 
@@ -224,8 +234,8 @@ def _real(uav: UavSection) -> Aircraft:
     if aircraft is None:
         raise InputError(
             "uav: the plan is for an ideal aircraft, which no real one keeps up with; plan with "
-            "uav.acceleration_mps2, corner_m, climb_mps and descend_mps, or have it timed anew "
-            "for one of them: --aircraft multicopter, or a file"
+            "--set uav.aircraft=multicopter, or have it timed anew: --aircraft multicopter, or a "
+            "file"
         )
     if uav.altitude_m <= 0.0:
         raise InputError("uav.altitude_m: is 0, on the ground; give the height to fly at")
@@ -267,35 +277,6 @@ def _battery(uav: UavSection, aircraft: Aircraft, opened: OpenScenario) -> Batte
     return Battery(lasts_s, aircraft.reserve_s, home_m, headwind_mps, opened.airspace)
 
 
-def _waypoints(way: Way, arrives_s: Floats, network: RoadNetwork) -> list[Waypoint]:
-    degrees = np.round(lonlat(network, way.xy_m), DEGREES).tolist()
-    rows = zip(
-        degrees,
-        way.xy_m.tolist(),
-        arrives_s.tolist(),
-        way.hold_s.tolist(),
-        ("", *way.streets),
-        strict=True,
-    )
-    return [
-        Waypoint(lat, lon, x_m, y_m, time_s, hold_s, street)
-        for (lon, lat), (x_m, y_m), time_s, hold_s, street in rows
-    ]
-
-
-def _fixes(track: Track, law: FlightLaw, network: RoadNetwork, *, lands: bool) -> tuple[Fix, ...]:
-    """Return where an aircraft is at the times of its track, and how high."""
-    degrees = np.round(lonlat(network, np.stack([track.x_m, track.y_m], axis=1)), DEGREES)
-    begin_s, end_s = float(track.time_s[0]), track.end_s
-    known = [(begin_s, 0.0 if law.climb_s > 0.0 else law.altitude_m)]
-    known.append((begin_s + law.climb_s, law.altitude_m))
-    if lands and law.descend_s > 0.0:
-        known += [(end_s - law.descend_s, law.altitude_m), (end_s, 0.0)]
-    height_m = np.interp(track.time_s, *np.array(known).T)
-    rows = zip(track.time_s.tolist(), degrees.tolist(), height_m.tolist(), strict=True)
-    return tuple(Fix(time_s, lat, lon, metres) for time_s, (lon, lat), metres in rows)
-
-
 def _file(
     opened: OpenScenario, network: RoadNetwork, law: FlightLaw, waypoints: list[Waypoint]
 ) -> FlightFile:
@@ -303,24 +284,10 @@ def _file(
     comes_home = opened.return_to_m == start == end
     return FlightFile(
         name=opened.scenario.title or opened.scenario.path.parent.name,
-        waypoints=tuple(_ends_without_holds(waypoints, comes_home)),
+        waypoints=tuple(ends_without_holds(waypoints, comes_home)),
         height_m=law.altitude_m,
         speed_mps=law.speed_mps,
         comes_home=comes_home,
         sighted_at=opened.scenario.target.sighted_at,
         attribution=network.attribution,
     )
-
-
-def _ends_without_holds(waypoints: list[Waypoint], comes_home: bool) -> list[Waypoint]:
-    """Return waypoints of which the first, and the one where it lands, are no places to hover.
-
-    Autopilots have commands of their own for these.
-    """
-    first, last = waypoints[0], waypoints[-1]
-    found = list(waypoints)
-    if first.hold_s > 0.0 or len(waypoints) == 1:
-        found.insert(0, replace(first, hold_s=0.0))
-    if comes_home and last.hold_s > 0.0:
-        found.append(replace(last, arrives_s=last.arrives_s + last.hold_s, hold_s=0.0, street=""))
-    return found

@@ -56,7 +56,12 @@ class Parameter:
 
 
 def parameters(law: FlightLaw, autopilot: Autopilot) -> list[Parameter]:
-    """Return what an autopilot has to be set to; what the aircraft does at once has none."""
+    """Return what an autopilot has to be set to; what the aircraft does at once has none.
+
+    Nor has an aircraft that cannot hover: these are those of multicopters.
+    """
+    if not law.can_hover:
+        return []
     found = _px4(law) if autopilot == "px4" else _ardupilot(law)
     return [one for one in found if math.isfinite(one.value)]
 
@@ -117,6 +122,11 @@ def differences(path: Path, wanted: Sequence[Parameter]) -> list[str]:
         If it cannot be read, is no such file, or is that of another autopilot.
     """
     vehicle = read_parameters(path)
+    if not wanted:
+        raise InputError(
+            "--params: only parameters of multicopters are known, and this aircraft cannot hover; "
+            "leave it out"
+        )
     if not any(name in vehicle for one in wanted for name, _ in one.names):
         names = ", ".join(one.names[0][0] for one in wanted)
         raise InputError(

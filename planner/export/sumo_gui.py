@@ -8,7 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from planner.arrays import Floats
 from planner.files import cache_root, written_whole
+from planner.flight.airspace import Airspace
 from planner.flight.pieces import Piece, along, pieces, segments
 from planner.flight.plan import Plan
 from planner.network.road_network import RoadNetwork
@@ -33,15 +35,18 @@ NUMBERED = {
     "poiName_show": "0",
 }
 PLAIN = {"poi_minSize": "0", "poi_constantSize": "0", "poiType_show": "0", "poiName_show": "0"}
+AREA_COLOUR = "142,42,142"
 ABOVE_THE_ROADS = 100.0  # sumo-gui's layers: roads 0, vehicles 200
 
 
-def write_overlay(path: Path, plan: Plan, network: RoadNetwork) -> None:
+def write_overlay(
+    path: Path, plan: Plan, network: RoadNetwork, airspace: Airspace | None = None
+) -> None:
     """Write a plan's flights as ``.add.xml``, to be loaded beside the net (``sumo-gui -a``).
 
     Roads that the plan flies are thick lines with their order number, the ways between them
     thin ones; a flight off the roads has a number for each straight piece. Arrows show where
-    each leads. The times stand in each element's parameters.
+    each leads. The times stand in each element's parameters. The areas of an airspace are outlines.
 
     Raises
     ------
@@ -56,6 +61,9 @@ def write_overlay(path: Path, plan: Plan, network: RoadNetwork) -> None:
         said = re.sub("-(?=-)", "- ", network.attribution)
         root.append(ElementTree.Comment(f" {said} "))
     size_m = float(np.ptp(network.node_xy_m, axis=0).max())
+    for number, (key, rings) in enumerate(airspace.outlines() if airspace else (), 1):
+        for ring, xy_m in enumerate(rings):
+            _outline(root, key, f"airspace{number}.{ring}", xy_m, size_m)
     for uav, track in enumerate(plan.tracks):
         if len(track.time_s):
             _take_off(root, f"uav{uav}", track.xy(float(track.time_s[0])).tolist())
@@ -153,6 +161,24 @@ def _take_off(root: ElementTree.Element, uav: str, xy_m: list[float]) -> None:
     )
 
 
+def _outline(root: ElementTree.Element, key: str, name: str, xy_m: Floats, size_m: float) -> None:
+    ElementTree.SubElement(
+        root,
+        "poly",
+        id=name,
+        type=key,
+        color=AREA_COLOUR,
+        fill="false",
+        layer=f"{ABOVE_THE_ROADS - 1:.0f}",
+        lineWidth=f"{max(2.0, size_m / 500):.2f}",
+        shape=_shape(xy_m),
+    )
+
+
+def _shape(xy_m: Floats) -> str:
+    return " ".join(f"{x:.2f},{y:.2f}" for x, y in xy_m.tolist())
+
+
 def _line(
     root: ElementTree.Element, piece: Piece, name: str, network: RoadNetwork, size_m: float
 ) -> None:
@@ -166,7 +192,7 @@ def _line(
         fill="false",
         layer=f"{ABOVE_THE_ROADS + on_road:.0f}",
         lineWidth=f"{_width_m(piece, size_m):.2f}",
-        shape=" ".join(f"{x:.2f},{y:.2f}" for x, y in piece.xy_m.tolist()),
+        shape=_shape(piece.xy_m),
     )
     if piece.road is not None:
         _note(line, "road", network.road_ids[piece.road])

@@ -2,9 +2,10 @@
 
 The one place that knows: planners get their ways from it, and whatever leaves the program is held
 against it. Ways keep `MARGIN_M` clear of what is forbidden, so that a flight written with fewer
-digits still keeps out.
+digits still keeps out; those of an aircraft that cannot hover keep clear by what its circles take.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -31,6 +32,7 @@ class Airspace:
     fence: Area | None = None
     within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
     link: Area | None = None  # where its radio reaches it, which it never leaves
+    margin_m: float = MARGIN_M  # that planned ways stay clear of what is forbidden
     _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -41,9 +43,9 @@ class Airspace:
         free = shapely.box(-FAR_M, -FAR_M, FAR_M, FAR_M)
         for kept in (self.fence, self.link):
             if kept is not None:
-                free = free.intersection(_grown(kept, -MARGIN_M))
+                free = free.intersection(_grown(kept, -self.margin_m))
         if self.no_fly is not None:
-            free = free.difference(_grown(self.no_fly, MARGIN_M))
+            free = free.difference(_grown(self.no_fly, self.margin_m))
         shapely.prepare(free)
         return free
 
@@ -51,6 +53,16 @@ class Airspace:
     def ways(self) -> Ways:
         """The shortest ways from place to place."""
         return Ways(self.free, FAR_M)
+
+    def outlines(self) -> Iterator[tuple[str, list[Floats]]]:
+        """Yield the polygons: the key of the area, and its rings, (k, 2) m, the outer first."""
+        import shapely
+
+        for key in ("no_fly", "fence", "within"):
+            area = getattr(self, key)
+            for polygon in () if area is None else shapely.get_parts(area):
+                rings = (polygon.exterior, *polygon.interiors)
+                yield key, [np.array(ring.coords) for ring in rings]
 
     def allows(self, place: Point) -> bool:
         """Tell whether the UAV may be at a place."""
@@ -64,7 +76,7 @@ class Airspace:
 
         if self.allows(place):
             return ""
-        near = shapely.Point(place).buffer(MARGIN_M)
+        near = shapely.Point(place).buffer(self.margin_m)
         inside = self.no_fly is not None and self.no_fly.intersects(near)
         if inside:
             return "in a no-fly area or at its edge"

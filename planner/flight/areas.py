@@ -14,6 +14,7 @@ from planner.errors import InputError
 from planner.flight.ways import Area
 from planner.guard import read_json
 from planner.network.georeference import is_georeferenced, xy_of_lonlat
+from planner.network.polygons import sound_polygon
 from planner.network.road_network import RoadNetwork
 
 Rings = Sequence[Any]  # of a polygon: its edge, then its holes, each a list of points
@@ -128,14 +129,7 @@ def _area(polygons: Sequence[Rings], network: RoadNetwork, to_plane: ToPlane) ->
     found = []
     for rings in polygons:
         edge, *holes = [to_plane(np.asarray(ring, dtype=np.float64)) for ring in rings]
-        polygon = shapely.Polygon(edge, holes)
-        if not polygon.is_valid or polygon.area == 0.0:
-            why = shapely.is_valid_reason(polygon) if not polygon.is_valid else "no area"
-            why = why.replace("[", " at x, y ").rstrip("]").lower()
-            raise InputError(
-                f"a polygon crosses itself, or encloses nothing ({why}); correct its points"
-            )
-        found.append(polygon)
+        found.append(sound_polygon(edge, holes))
     area = shapely.union_all(found)
     _refuse_far(area, network)
     return area

@@ -40,8 +40,14 @@ class Battery:
             return np.array([self.home_m])
         return np.array(self.airspace.way_from_flight(place, self.home_m)[1:])
 
-    def home_s(self, xy_m: Floats, law: FlightLaw) -> Floats:
-        """Return the seconds from places, (..., 2) metres, to the ground at home."""
+    def home_s(self, xy_m: Floats, law: FlightLaw, *, turns: bool = False) -> Floats:
+        """Return the seconds from places, (..., 2) metres, to the ground at home.
+
+        Parameters
+        ----------
+        turns
+            Whether it turns for home even above it, as it has to a moment after it has left.
+        """
         if self.home_m is None:
             return np.full(np.shape(xy_m)[:-1], law.descend_s)
         away_m, corners = self._away(xy_m)
@@ -52,7 +58,7 @@ class Battery:
         if not law.can_hover and speed > 0.0:
             corner_s += LONGEST_TURN * law.turn_radius_m / speed
             turns_s = corner_s
-        away_s = np.where(away_m > 0.0, turns_s, 0.0) + corners * corner_s
+        away_s = np.where((away_m > 0.0) | turns, turns_s, 0.0) + corners * corner_s
         return np.asarray(flies_s + away_s + law.descend_s)
 
     def _away(self, xy_m: Floats) -> tuple[Floats, Floats]:
@@ -105,9 +111,9 @@ def home_in_time(
     flight = timed(xy_m, hold_s, law)
     after_s, places = track_points(xy_m, flight, law)
     left_s = battery.lasts_s - battery.reserve_s - law.climb_s - after_s
-    spare_s = left_s - battery.home_s(places, law)
-    short = np.flatnonzero(spare_s < 0.0)
+    short = np.flatnonzero(left_s < battery.home_s(places, law))
     if len(short):
+        spare_s = left_s - battery.home_s(places, law, turns=True)
         turn_s = _turn(after_s, spare_s, int(short[0]))
         xy_m, hold_s = _cut(xy_m, hold_s, flight, (after_s, places), turn_s)
     way = battery.way_home((float(xy_m[-1, 0]), float(xy_m[-1, 1])))
@@ -156,7 +162,7 @@ def _turn(after_s: Floats, spare_s: Floats, first_short: int) -> float:
     if first_short == 0:
         return 0.0
     before, after = float(spare_s[first_short - 1]), float(spare_s[first_short])
-    share = before / (before - after)
+    share = max(0.0, before / (before - after))
     from_s, to_s = after_s[first_short - 1 : first_short + 1].tolist()
     return float(from_s + share * (to_s - from_s))
 

@@ -8,6 +8,9 @@ from planner.arrays import Floats, Frozen, freeze
 from planner.checked import finite, same_length
 from planner.errors import InputError
 
+SHARP_DEG = 30.0  # a turn by more is a corner
+ROUNDING_DEG = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class Track(Frozen):
@@ -34,6 +37,15 @@ class Track(Frozen):
     def end_s(self) -> float:
         """Time of the last waypoint, seconds."""
         return float(self.time_s[-1])
+
+    @property
+    def corners(self) -> int:
+        """How often it turns by more than `SHARP_DEG`."""
+        steps = np.diff(np.stack([self.x_m, self.y_m], axis=1), axis=0)
+        steps = steps[np.any(steps != 0.0, axis=1)]
+        heading = np.arctan2(steps[:, 1], steps[:, 0])
+        turn_deg = np.degrees(np.abs(np.angle(np.exp(1j * np.diff(heading)))))
+        return int(np.sum(turn_deg > SHARP_DEG + ROUNDING_DEG))
 
     def xy(self, time_s: Floats | float) -> Floats:
         """Return where the UAV is at given times, (..., 2) metres, NaN outside the flight."""

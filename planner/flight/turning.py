@@ -44,17 +44,28 @@ def turned(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Turned:
     heading = np.arctan2(steps[:, 1], steps[:, 0]).tolist() or [0.0]
     length_m = np.hypot(steps[:, 0], steps[:, 1]).tolist()
     circle_s = 2.0 * math.pi * law.turn_radius_m / law.speed_mps
+    step = _step(law)
+    chord_m = 2.0 * law.turn_radius_m * math.sin(step / 2.0)
     line: list[tuple[float, float]] = []
     arrives, leaves = [], []
     for k, place in enumerate(xy_m):
         before, after = heading[max(k - 1, 0)], heading[min(k, len(heading) - 1)]
         around = round(float(hold_s[k]) / circle_s) * [2.0 * math.pi]
-        if 0 < k < len(length_m) and not _passes(after - before, length_m[k - 1 : k + 1], law):
-            around += _on_the_spot(after - before)
+        if 0 < k < len(length_m):
+            # The last side of a circle leads a little the other way, and is a short piece.
+            behind = step / 2.0 if around else 0.0
+            room_m = min(length_m[k - 1 : k + 1] + [chord_m] * bool(around)) / 2.0
+            if not _passes(after - before + behind, room_m, law):
+                around += _on_the_spot(after - before)
         arrives.append(len(line))
         line += [(float(place[0]), float(place[1])), *_arcs(place, before, around, law)]
         leaves.append(len(line) - 1)
     return Turned(np.array(line), np.zeros(len(line)), np.array(arrives), np.array(leaves))
+
+
+def room_m(law: FlightLaw) -> float:
+    """Return how far beside a line it may be, metres, where it circles or flies past corners."""
+    return 0.0 if law.can_hover else (1.0 + math.sqrt(3.0)) * law.turn_radius_m + law.corner_m
 
 
 def merged(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Ints:
@@ -70,14 +81,22 @@ def merged(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Ints:
     return np.asarray(kept[moves])
 
 
-def _passes(turn: float, length_m: list[float], law: FlightLaw) -> bool:
-    """Return whether it can fly past a corner on an arc that both of its pieces have room for."""
+def tight_corners(xy_m: Floats, law: FlightLaw) -> int:
+    """Return at how many corners of a line it would have to be slower than it can."""
+    steps = np.diff(xy_m, axis=0)
+    unit = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
+    cosines = np.sum(unit[1:] * unit[:-1], axis=1).tolist()
+    return sum(law.corner_speed_mps(one) < law.least_ground_mps for one in cosines)
+
+
+def _passes(turn: float, room_m: float, law: FlightLaw) -> bool:
+    """Return whether it can fly past a corner, on an arc that begins no farther away than that."""
     half = abs(math.remainder(turn, 2.0 * math.pi)) / 2.0
     if half < NO_TURN:
         return True
     if law.corner_speed_mps(math.cos(turn)) < law.least_ground_mps:
         return False
-    return law.least_radius_m * math.tan(half) <= min(length_m) / 2.0
+    return law.least_radius_m * math.tan(half) <= room_m
 
 
 def _on_the_spot(turn: float) -> list[float]:
@@ -87,6 +106,12 @@ def _on_the_spot(turn: float) -> list[float]:
     between = 2.0 * math.asin(math.sin(angle / 2.0) / 2.0)
     aside = (angle - between) / 2.0
     return [side * aside, side * (between - 2.0 * math.pi), side * aside]
+
+
+def _step(law: FlightLaw) -> float:
+    """Return by how much a circle's polygon turns at a corner, so that it keeps its speed there."""
+    radius_m = law.turn_radius_m
+    return min(STEP, 2.0 * math.acos(radius_m / (radius_m + law.corner_m)))
 
 
 def _arcs(
@@ -104,7 +129,7 @@ def _arcs(
     found: list[tuple[float, float]] = []
     x_m, y_m = place.tolist()
     for angle in around:
-        many = max(1, math.ceil(abs(angle) / STEP - NO_TURN))
+        many = max(1, math.ceil(abs(angle) / _step(law) - NO_TURN))
         half = angle / many / 2.0
         chord_m = 2.0 * law.turn_radius_m * abs(math.sin(half))
         for _ in range(many):

@@ -21,6 +21,7 @@ class Uav:
     altitude_m: float = 0.0  # above ground; carried through to plan.json
     max_flight_time_s: float = np.inf
     return_to_m: tuple[float, float] | None = None  # x, y where it has to land; None: anywhere
+    link_m: float = np.inf  # how far from its start its radio reaches; the airspace keeps it there
     # What its plans are timed by in the end; None: it is the paper's, at full speed at once
     aircraft: Aircraft | None = None
 
@@ -30,6 +31,7 @@ class Uav:
         found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
         longest_s = number("max_flight_time_s", self.max_flight_time_s, least=0.0, ends=False)
         found["max_flight_time_s"] = longest_s
+        found["link_m"] = number("link_m", self.link_m, above=0.0, ends=False)
         if self.return_to_m is not None:
             if np.shape(self.return_to_m) != (2,):
                 raise InputError("return_to_m: should be x and y in metres, or None")

@@ -1,8 +1,7 @@
 """The probabilities of turns that a target's section or its turn file gives, on a network."""
 
-import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,20 +9,30 @@ import numpy as np
 from planner.belief.prior import TurnTable
 from planner.belief.turn_file import read_turns
 from planner.errors import Fault, InputError
+from planner.messages import counted
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
 from planner.scenario.draft import Draft
 from planner.scenario.sections import TargetSection
 
-log = logging.getLogger(__name__)
-
 LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
 
 
 def known_turns(
-    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
+    key: str,
+    target: TargetSection,
+    network: RoadNetwork,
+    draft: Draft,
+    *,
+    note: Callable[[str], None],
 ) -> tuple[TurnTable, list[Fault]]:
-    """Return the probabilities given for turns, and what is wrong with them on this network."""
+    """Return the probabilities given for turns, and what is wrong with them on this network.
+
+    Parameters
+    ----------
+    note
+        Is told what of a file is left out.
+    """
     if isinstance(target.turning, str):
         return {}, []
     if isinstance(target.turning, dict):
@@ -32,17 +41,19 @@ def known_turns(
     path = draft.folder / target.turning.file
     key, named = f"{key}.turning.file", target.turning.file
     try:
-        turns = read_turns(path, draft.search.horizon_s if draft.search else math.inf)
+        turns = read_turns(path, draft.search.horizon_s if draft.search else math.inf, note=note)
     except InputError as error:
         # A file that is not there has been reported already.
         there = "\0" not in named and path.is_file()
         return {}, [Fault(key, f"{named}: {error}")] if there else []
-    turns = _for_cars(path, turns, network)
+    turns = _for_cars(path, turns, network, note)
     wrong = _turn_faults(turns, network)
     return turns, [Fault(key, f"{named}: {turn}: {text}") for turn, text in wrong]
 
 
-def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
+def _for_cars(
+    path: Path, turns: TurnTable, network: RoadNetwork, note: Callable[[str], None]
+) -> TurnTable:
     """Return the turns of a file without those of edges that are not for cars, as SUMO does."""
     closed = network.closed_edges
     exits = {network.edge_ids[edge] for edge in np.flatnonzero(network.edge_exit)}
@@ -54,9 +65,9 @@ def _for_cars(path: Path, turns: TurnTable, network: RoadNetwork) -> TurnTable:
     beyond = sum(len(ways) for start, ways in turns.items() if start in exits)
     left_out = sum(map(len, turns.values())) - sum(map(len, kept.values())) - beyond
     if left_out:
-        log.warning("%s: %d turns from or to edges not for cars are left out", path, left_out)
+        note(f"{path}: left out: {counted(left_out, 'turn')} from or to edges not for cars")
     if beyond:
-        log.warning("%s: %d turns from exits of the map are left out", path, beyond)
+        note(f"{path}: left out: {counted(beyond, 'turn')} from exits of the map")
     # What led only to such edges is no sink, but an edge of which nothing is known.
     return {
         start: ways for start, ways in kept.items() if not turns[start] or sum(ways.values()) > 0

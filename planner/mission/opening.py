@@ -13,7 +13,7 @@ from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
 from planner.messages import as_written
-from planner.mission.areas import airspace_of, link_of, place_faults
+from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.uav_places import (
@@ -46,6 +46,7 @@ class OpenScenario:
     prior: Belief  # what the planners know
     truth_prior: Belief  # what the true targets are drawn from
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
+    notes: tuple[str, ...] = ()  # what of the target's files counts otherwise than it may seem
 
     @property
     def uav_xy_m(self) -> tuple[float, float]:
@@ -79,6 +80,7 @@ def open_scenario(
     faults = list(draft.faults)
     network = _network(draft, faults)
     known: dict[str, Known] = {}
+    notes: list[str] = []
     if network is not None:
         for key, target, names in _targets(draft):
             found: list[Fault] = []
@@ -86,13 +88,13 @@ def open_scenario(
                 known |= {f"truth{name.removeprefix('target')}": k for name, k in known.items()}
                 continue
             for part_key, part in target.parts(key):
-                known[part_key], wrong = _known(part_key, part, network, draft)
+                known[part_key], wrong = _known(part_key, part, network, draft, notes)
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
         faults += uav_faults(draft.uav, network)
         uav_is_sound = draft.uav is not None and not any(one.is_about("uav.") for one in faults)
-        link = link_of(draft.uav, network) if draft.uav is not None and uav_is_sound else None
-        airspace, found = airspace_of(draft.airspace, draft.folder, network, link)
+        uav = draft.uav if uav_is_sound else None
+        airspace, found = airspace_of(draft.airspace, draft.folder, network, uav)
         faults += found
         if draft.uav is not None and uav_is_sound:
             faults += landing_faults(draft.uav, network)
@@ -112,13 +114,14 @@ def open_scenario(
         prior=_belief("target", scenario.target, network, known),
         truth_prior=_belief("truth", scenario.truth, network, known),
         airspace=airspace,
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 
 def _known(
-    key: str, target: TargetSection, network: RoadNetwork, draft: Draft
+    key: str, target: TargetSection, network: RoadNetwork, draft: Draft, notes: list[str]
 ) -> tuple[Known, list[Fault]]:
-    turns, found = known_turns(key, target, network, draft)
+    turns, found = known_turns(key, target, network, draft, note=notes.append)
     found += _start_faults(key, target, network)
     if not _stands_in(target, draft.faults):
         found += _distance_faults(key, target, network)

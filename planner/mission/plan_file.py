@@ -1,6 +1,6 @@
 """``plan.json``: the flight that alone reproduces every figure of a plan."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from planner.detection.evaluation import Evaluation
+from planner.detection.mistimed import Mistimed
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
 from planner.files import write_json
+from planner.flight.law import Aircraft
 from planner.flight.legs import Legs, leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
@@ -72,7 +74,8 @@ def plan_content(
         "network": frame(network),
         "uavs": [
             {
-                **_aircraft(problem.uav, network),
+                **_uav(problem.uav, network),
+                **_aircraft(problem.uav.aircraft, track),
                 "waypoints": waypoints(track, network),
                 "legs": [_leg(flown, network) for flown in legs],
                 "sensor_on": track.sensor_on.tolist(),
@@ -88,6 +91,23 @@ def plan_content(
             **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
+    }
+
+
+def timing_content(timing: Sequence[Mistimed]) -> list[dict[str, float]]:
+    """Return what a plan is worth if it is flown at other times, as plain data."""
+    return [_mistimed(one) for one in timing]
+
+
+def _mistimed(one: Mistimed) -> dict[str, float]:
+    evaluated, by_s = one.evaluated, one.evaluated.objective.by_s
+    found = {} if by_s is None else {"found_by_probability": evaluated.found_by_probability(by_s)}
+    return {
+        "pace": one.timing.pace,
+        "late_s": one.timing.late_s,
+        "expected_detection_time_s": evaluated.expected_detection_time_s,
+        "detection_probability": evaluated.detection_probability,
+        **found,
     }
 
 
@@ -113,7 +133,7 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
     }
 
 
-def _aircraft(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
+def _uav(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
     longest_s, home = uav.max_flight_time_s, uav.return_to_m
     return {
         "altitude_m": uav.altitude_m,
@@ -121,6 +141,27 @@ def _aircraft(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
         "max_flight_time_s": None if np.isinf(longest_s) else longest_s,
         "start": place((uav.x_m, uav.y_m), network),
         "landing": None if home is None else place(home, network),
+        **({} if np.isinf(uav.link_m) else {"link_m": uav.link_m}),
+    }
+
+
+def _aircraft(aircraft: Aircraft | None, track: Track) -> dict[str, Any]:
+    """Return what a plan says of a real aircraft; of the ideal one there is nothing to say."""
+    if aircraft is None:
+        return {}
+    law = aircraft.law
+    rates = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
+    found = {rate: getattr(law, rate) for rate in rates}
+    return {
+        "aircraft": {
+            **{rate: value if np.isfinite(value) else None for rate, value in found.items()},
+            "hover": law.can_hover,
+            "min_speed_mps": None if law.can_hover else law.min_speed_mps,
+            "reserve_s": aircraft.reserve_s,
+            "wind_mps": list(law.wind_mps),
+            "headwind_mps": aircraft.headwind_mps,
+        },
+        "corners": track.corners,
     }
 
 

@@ -191,6 +191,7 @@ def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None 
         altitude_m=scenario.uav.altitude_m,
         max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
         return_to_m=opened.return_to_m,
+        link_m=scenario.uav.link_m or np.inf,
         aircraft=aircraft_of(scenario.uav),
     )
     sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)

@@ -18,7 +18,7 @@ FAR_M = 2000.0  # from any road
 def scenario_remarks(opened: OpenScenario) -> list[str]:
     """Return what is odd about a scenario on its net, a line each."""
     slow = slow_uav_warning(opened.scenario)
-    return [*([slow] if slow else []), *_yards(opened), *_far(opened)]
+    return [*([slow] if slow else []), *_yards(opened), *_far(opened), *opened.notes]
 
 
 def _yards(opened: OpenScenario) -> Iterator[str]:

@@ -31,7 +31,7 @@ class StoredCertificate:
     plan_class: str
     transit: bool
     bin_s: float
-    speed_mps: float
+    speed_mps: float  # over ground, at most
     landing_s: float | None  # None: the UAV need not land
     computed_bound: float | None = None  # these two only of free plans: a bound that files do not
     computed_gap: float | None = None  # prove, in units of the other one
@@ -94,7 +94,7 @@ def stored_certificate(problem: Problem, certificate: Certificate) -> StoredCert
         plan_class=certificate.plan_class,
         transit=problem.sensor.detects_in_transit,
         bin_s=certificate.bin_s,
-        speed_mps=problem.uav.speed_mps,
+        speed_mps=problem.uav.fastest.speed_mps,
         landing_s=landing_s if np.isfinite(landing_s) else None,
         computed_bound=certificate.bound if is_free else None,
         computed_gap=computed_gap if is_free and np.isfinite(computed_gap) else None,

@@ -37,6 +37,7 @@ TOWN = (
     "--remove-edges.isolated",
     "--output.street-names",
 )
+FOR_CARS = "export an area in which there are roads for cars"
 WITH_NAMES = ("--node-files", "--edge-files")
 # netconvert writes when and from which files it made a net; without that, the same sources give
 # the same bytes.
@@ -85,11 +86,16 @@ def import_osm(osm: Path) -> Path:
     InputError
         If the file is missing or netconvert refuses it.
     """
-    return _build({"--osm-files": osm}, TOWN, osm.parent, credit=OF_OSM)
+    return _build({"--osm-files": osm}, TOWN, osm.parent, credit=OF_OSM, remedy=FOR_CARS)
 
 
 def _build(
-    sources: Mapping[str, Path], options: Sequence[str], folder: Path, *, credit: str = ""
+    sources: Mapping[str, Path],
+    options: Sequence[str],
+    folder: Path,
+    *,
+    credit: str = "",
+    remedy: str = "",
 ) -> Path:
     subject = ", ".join(str(path) for path in sources.values())
     contents = {option: _content(path) for option, path in sources.items()}
@@ -106,9 +112,11 @@ def _build(
                 netconvert(
                     [*given, *options, f"--output-file={made}"], subject=subject, links=links
                 )
-            except InputError:
+            except InputError as error:
                 refuse_unusable_names([p for o, p in sources.items() if o in WITH_NAMES])
-                raise
+                if not remedy:
+                    raise
+                raise InputError(f"{str(error).removesuffix('.')}; {remedy}") from error
             if not made.read_bytes().rstrip().endswith(b"</net>"):
                 raise OutputError(f"{subject}: netconvert wrote half a net; is the disk full?")
             # Whose data it is stays with the net, wherever it is copied to.

@@ -42,14 +42,20 @@ def is_net_file(path: Path) -> bool:
 
 
 def _configured(path: Path) -> Path:
-    for element in xml_elements(path, LARGEST_CONFIGURATION):
-        if element.tag in NET_OPTIONS:
-            name = element.get("value", element.get("v", "")).strip()
-            net: Path = path.parent / name
-            if not name or "\0" in name or not net.is_file():
-                raise InputError(f"{path}: there is no file {net}; correct its {element.tag}")
-            return net
-    raise InputError(f"{path}: names no net; give it a <net-file value=...>, or give the net")
+    names = [
+        name.strip()
+        for element in xml_elements(path, LARGEST_CONFIGURATION)
+        if element.tag in NET_OPTIONS
+        for name in element.get("value", element.get("v", "")).split(",")
+    ]
+    if not names:
+        raise InputError(f"{path}: names no net; give it a <net-file value=...>, or give the net")
+    if len(names) > 1:
+        raise InputError(f"{path}: names {len(names)} nets ({', '.join(names)}); leave one of them")
+    net: Path = path.parent / names[0]
+    if not names[0] or "\0" in names[0] or not net.is_file():
+        raise InputError(f"{path}: there is no file {net}; correct its net-file")
+    return net
 
 
 def credit_in(path: Path) -> str:

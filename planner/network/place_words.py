@@ -366,10 +366,13 @@ def folded(name: str) -> str:
 
 
 def _meant(said: str, network: RoadNetwork) -> str:
-    known = _known_as(network)
-    near = difflib.get_close_matches(folded(said), known, n=1, cutoff=NEAR)
+    known, part = _known_as(network), folded(said)
+    near = difflib.get_close_matches(part, known, n=1, cutoff=NEAR)
     if near:
         return f"did you mean {known[near[0]][0]}?"
+    begun = [known[name][0] for name in sorted(known) if part and part in name]
+    if begun:
+        return f"did you mean one of {', '.join(begun[:SHOWN])}{', ...' if begun[SHOWN:] else ''}?"
     ids = (*network.junction_ids, *network.edge_ids)
     near = difflib.get_close_matches(said, ids, n=1, cutoff=NEAR)
     return f"did you mean {near[0]}?" if near else f"give {FORMS}"

@@ -20,6 +20,7 @@ from planner.locks import temporary_folder
 log = logging.getLogger(__name__)
 
 CAR = "passenger"
+WHOLE = "give a .net.xml that netconvert or netedit wrote, or an OpenStreetMap file, whole"
 MESSAGES = 3  # of SUMO's that are shown at most
 # What sumolib lets out where a net is broken.
 STUMBLES = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
@@ -228,8 +229,7 @@ def parse_net(path: Path, source: Path | None = None) -> Any:
     except InputError as error:
         reason = str(error).removeprefix(f"{path}: ").partition("; ")[0]
         raise InputError(
-            f"{source or path}: not a readable SUMO network ({reason}); "
-            "give a .net.xml that netconvert or netedit wrote"
+            f"{source or path}: not a readable SUMO network ({reason}); {WHOLE}"
         ) from error
     sumo_environment()
     from xml.sax import SAXException
@@ -242,8 +242,7 @@ def parse_net(path: Path, source: Path | None = None) -> Any:
         missing = isinstance(error, KeyError)
         reason = f"it lacks {error}" if missing else " ".join(str(error).split())
         raise InputError(
-            f"{source or path}: not a readable SUMO network ({reason}); "
-            "give a .net.xml that netconvert or netedit wrote"
+            f"{source or path}: not a readable SUMO network ({reason}); {WHOLE}"
         ) from error
     lost = [node.getID() for node in net.getNodes() if node.getType() is None]
     if lost:

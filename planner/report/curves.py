@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_OF_ALL = 0.995  # of the sightings, after which a curve is taken to have ended
+LEAST_LEFT = 0.005  # of the probability; less would be written 0%
 ROOM = 1.15  # of that time
 LINES: tuple[dict[str, Any], ...] = (
     {"color": UAV_COLOUR, "linestyle": (0, (4, 1.5)), "linewidth": 1.6},
@@ -53,7 +54,7 @@ def draw_curves(
     until_s
         Where the axis of times ends.
     """
-    from matplotlib.ticker import PercentFormatter
+    from matplotlib.ticker import MaxNLocator, PercentFormatter
 
     unit, unit_s = time_unit(until_s)
     start_s = min(0.0, problem.uav.take_off_s)
@@ -64,6 +65,7 @@ def draw_curves(
     else:
         seen_at = next(iter(evaluations.values())).seen_at
         _draw_limits(axes, problem, seen_at, until_s, unit_s)
+        axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))  # no halves of minutes
     label = "horizon"
     if until_s < problem.horizon_s:
         label = f"horizon: {problem.horizon_s / unit_s:,.0f} {unit}, farther right"
@@ -130,15 +132,15 @@ def _draw_limits(
     times_s = np.linspace(0.0, until_s, 200)
     futures = problem.futures
     left = np.array([left_unseen(futures, seen_at, time_s) for time_s in times_s.tolist()])
-    if left.any():
+    if left[-1] >= LEAST_LEFT:
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
-        label = f"left the map unseen: {left[-1]:.0%}"
+        label = f"futures that leave the map unseen: {left[-1]:.0%}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
     at_best_s = chased_alone(futures, problem.uav, problem.sensor)
     ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
-        axes.axhline(ceiling, label=f"no flight finds more than {ceiling:.0%}", **dots)
+        axes.axhline(ceiling, label=f"no flight finds more futures than {ceiling:.0%}", **dots)
 
 
 def _draw_time_strip(

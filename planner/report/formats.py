@@ -1,6 +1,6 @@
 """Times, lengths and shares as people read them, and the look of tables."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -37,6 +37,17 @@ def titled_table(title: str) -> "Table":
     from rich.text import Text
 
     return Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
+
+
+def listed(lines: Iterable[str]) -> "Table":
+    """Return lines as a list, each behind a dash; what goes on below stands under its beginning."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table.grid(padding=(0, 1))
+    for line in lines:
+        table.add_row("-", Text(line, overflow="fold"))
+    return table
 
 
 EDGE, BETWEEN = 1, 3  # characters of a table beside its cells

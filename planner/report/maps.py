@@ -50,6 +50,11 @@ class View:
         west, south = ((low + high) / 2 - size / 2).tolist()
         return cls(west, south, size)
 
+    def of_size(self, size_m: float) -> "View":
+        """Return a square of another size around the same place."""
+        less_m = (self.size_m - size_m) / 2
+        return View(self.west_m + less_m, self.south_m + less_m, size_m)
+
     @property
     def unit(self) -> str:
         """Unit of the axes."""

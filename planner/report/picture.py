@@ -16,6 +16,7 @@ from planner.flight.track import Track
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
 from planner.network.road_network import RoadNetwork
+from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
 from planner.report.figure import axes_at, new_figure
 from planner.report.formats import length
@@ -30,7 +31,14 @@ from planner.report.maps import (
     draw_targets,
     time_colours,
 )
-from planner.report.town_map import draw_finds, draw_search, finds_of, list_finds, view_of_search
+from planner.report.town_map import (
+    draw_finds,
+    draw_search,
+    finds_of,
+    list_finds,
+    view_of_search,
+    view_of_state,
+)
 from planner.search.problem import Problem
 
 if TYPE_CHECKING:
@@ -80,15 +88,23 @@ def plan_picture(
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
             left = left_unseen(problem.futures, seen_at, time_s)
-            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=9.0, pad=3.5)
+            size = 8.0 if in_town else 9.0  # there are more words above wider maps
+            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=size, pad=3.5)
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
         if in_town and problem.futures.gone.any():
             note += "\ngone: has left the map, not found"
         figure.text(6.9 / 12.8, (wide + 0.595) / figure.get_figheight(), note, size=9.5)
 
 
-def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str = "") -> None:
+def where_picture(
+    path: Path, network: RoadNetwork, state: State, *, title: str = "", flown: Track | None = None
+) -> None:
     """Draw where the target may be: roads coloured by probability, discs where particles are.
+
+    Parameters
+    ----------
+    flown
+        A flight that has not seen it; where its sensor was on is a thin line.
 
     Raises
     ------
@@ -101,15 +117,29 @@ def where_picture(path: Path, network: RoadNetwork, state: State, *, title: str 
     np.add.at(probability, roads, state.weight[known])
     with new_figure(path, (7.6, 6.9), title, network.attribution) as figure:
         axes = axes_at(figure, 0.65, 0.6, 5.45, 5.45)
-        view = View.of(network)
+        view = view_of_state(network, state)
         _colour_roads(axes, network, view, probability, axes_at(figure, 6.4, 1.3, 0.16, 4.0))
         draw_targets(axes, view, state.xy_m, state.weight, colour="black", points=200.0)
+        if flown is not None:
+            _draw_seen(axes, view, flown, state.time_s)
         view.frame(axes, numbered=True)
         axes.set_title(
             f"{clock(state.time_s)}; on the map with probability {state.weight.sum():.1%}\n"
-            "discs: particles, area is probability",
+            f"discs: particles, area is probability{'; line: flown' if flown else ''}",
             loc="left",
         )
+
+
+def _draw_seen(axes: "Axes", view: View, track: Track, until_s: float) -> None:
+    """Draw where a flight has been by a time while its sensor was on."""
+    from matplotlib.collections import LineCollection
+
+    lines = []
+    for from_s, to_s in np.minimum(track.sensor_on, until_s).tolist():
+        inner = track.time_s[(track.time_s > from_s) & (track.time_s < to_s)]
+        lines.append(view.place(track.xy(np.array([from_s, *inner, to_s]))))
+    shown = LineCollection(lines, colors=UAV_COLOUR, linewidths=0.9, alpha=0.8, zorder=2)
+    axes.add_collection(shown, autolim=False)
 
 
 def _colour_roads(
@@ -137,10 +167,12 @@ def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, unti
     flight = draw_search(axes, problem, plan, until_s, view)
     finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 9)
     draw_finds(axes, view, finds)
+    draw_airspace(axes, view, problem.airspace)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)
     view.frame(axes, numbered=True)
     list_finds(axes, view, finds, flight)
+    tell_airspace(axes, problem.airspace)
     key = "coloured by time as under the curves; numbers: the first places of likely finds"
     axes.set_title(f"{_flight_note(problem, view)}\n{key}", loc="left")
     return view
@@ -160,11 +192,13 @@ def _draw_plan(
     middle_s = np.array([p.start_s + p.end_s for p in flight]) / 2
     colours = time_colours(middle_s, problem, plan, until_s)
     draw_net(axes, problem.network, view, width=1.4)
+    draw_airspace(axes, view, problem.airspace)
     draw_flight(axes, view, flight, colours)
     numbered = draw_order(axes, view, flight, colours)
     for track in plan.tracks:
         _mark_uav(axes, view, track, -np.inf, size=9.0)
     view.frame(axes, numbered=True)
+    tell_airspace(axes, problem.airspace)
     note = _flight_note(problem, view) + ("" if numbered else " numbers where there is room;")
     more = any(until_s <= piece.start_s < problem.horizon_s for piece in parts)
     axes.set_title(f"{note}\n{_key(plan, until_s if more else None)}", loc="left")
@@ -177,6 +211,7 @@ def _draw_moment(
     """Draw where the targets and the UAV are at a time; return which share is found by then."""
     futures = problem.futures
     draw_net(axes, problem.network, view, width=0.7)
+    draw_airspace(axes, view, problem.airspace)
     xy_m, found = futures.positions(time_s), seen_at <= time_s
     for which, colour in ((found, FOUND_COLOUR), (~found, TARGET_COLOUR)):
         weight = futures.weight[which] / max(float(futures.weight[which].sum()), 1e-300)

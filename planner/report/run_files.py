@@ -47,7 +47,7 @@ def write_run(
     assert row.evaluated is not None
     write_plan(folder / PLAN, content)
     _write_evaluation(folder / EVALUATION, row, problem.network.credit)
-    write_overlay(folder / OVERLAY, plan, problem.network)
+    write_overlay(folder / OVERLAY, plan, problem.network, problem.airspace)
     write_look(folder / LOOK)
     net = net_to_open(problem.network.path, folder / NET)
     write_configuration(folder / GUI, net, overlay=OVERLAY, look=LOOK, until_s=problem.horizon_s)

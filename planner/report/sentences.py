@@ -18,8 +18,12 @@ MANY_TIMES = 10.0  # the value in sample; a gain beyond is told in seconds
 
 
 def reasons(rows: Iterable[MethodRow]) -> list[str]:
-    """Return a line for each method that cannot be used, to stand below the table."""
-    return [f"{row.method}: {row.why_not}" for row in rows if row.why_not]
+    """Return why methods cannot be used, a line for each reason, to stand below the table."""
+    methods: dict[str, list[str]] = {}
+    for row in rows:
+        if row.why_not:
+            methods.setdefault(row.why_not, []).append(row.method)
+    return [f"{', '.join(names)}: {why_not}" for why_not, names in methods.items()]
 
 
 def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) -> str | None:
@@ -116,9 +120,9 @@ def prospects_lines(found: Prospects) -> list[str]:
         return []
     moments = [f"{share:.0%} by {clock(moment_s)}" for moment_s, share in found.gone_by]
     by_end = f"{found.gone:.0%} by {clock(found.ceiling.objective.horizon_s)}"
-    left = f"have left the map: {', '.join([*moments, by_end])}"
-    at_most = f"no flight finds more than {found.ceiling.detection_probability:.1%}"
-    lines = [f"{left}; {at_most} (each target chased alone)"]
+    left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
+    at_most = f"no flight finds more of them than {found.ceiling.detection_probability:.1%}"
+    lines = [f"{left}; {at_most} (each chased alone)"]
     if found.many_leave:
         lines.append(
             "many targets leave the map, which no flight here can follow: take a larger net before "

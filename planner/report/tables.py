@@ -20,6 +20,7 @@ from planner.search.methods import is_pattern
 if TYPE_CHECKING:
     from rich.table import Table
 
+BEFORE_GOAL = "found before its goal"
 MOST_ROWS = 40  # of roads or waypoints in a table; plan.json holds all
 
 
@@ -62,8 +63,15 @@ def row_of(trial: Trial) -> MethodRow:
     return MethodRow(trial.method, trial.planned, trial.evaluated, trial.roads, trial.took_s)
 
 
-def plan_table(row: MethodRow) -> FittingTable:
-    """Return what a plan achieves on its own futures and on targets that it was not made from."""
+def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
+    """Return what a plan achieves on its own futures and on targets that it was not made from.
+
+    Parameters
+    ----------
+    in_town
+        There the end of a drive ends nothing: who has parked is still looked for, and who has left
+        cannot be found. So nothing is said of what is found before it.
+    """
     assert row.planned is not None
     assert row.evaluated is not None
     both = (row.planned, row.evaluated)
@@ -77,16 +85,17 @@ def plan_table(row: MethodRow) -> FittingTable:
         ),
     )
     time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
-    before = row.evaluated.found_before_goal_interval
     by_s = row.evaluated.objective.by_s
     if by_s is not None:
         shares = [percent(e.found_by_probability(by_s)) for e in both]
         table.add_row(_by(by_s), *shares, _shares(row.evaluated.found_by_interval(by_s)))
-    lines = (
+    lines = [
         ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
         ("found", [percent(e.detection_probability) for e in both], found),
-        ("found before its goal", [percent(e.found_before_goal_probability) for e in both], before),
-    )
+    ]
+    if not in_town:
+        before = [percent(e.found_before_goal_probability) for e in both]
+        lines.append((BEFORE_GOAL, before, row.evaluated.found_before_goal_interval))
     for name, cells, interval in lines:
         kind = _seconds if interval is time_s else percent
         table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
@@ -164,12 +173,19 @@ def _tell_more(table: FittingTable, rows: int) -> None:
         table.add_row("", f"{rows - MOST_ROWS:,} more", *blank)
 
 
-def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
+def compare_table(
+    rows: Iterable[MethodRow], title: str = "", *, in_town: bool = False
+) -> FittingTable:
     """Return methods side by side, on the same futures and the same fresh targets.
 
     A pilot's patterns stand apart from the planners. A method that cannot be used keeps its row and
     says why. Where bounds are known, a column says
     how far each plan may be from the best of its class, on the futures that it was planned with.
+
+    Parameters
+    ----------
+    in_town
+        As ``plan_table`` takes it.
     """
     rows = list(rows)
     deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
@@ -187,7 +203,7 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
             Column("expected\ndetection", rank=2 if deadlines else 0),
             Column("95 %\ninterval", rank=3),
             Column("found", rank=4),
-            Column("before\ngoal", rank=8),
+            *([] if in_town else [Column("before\ngoal", rank=8)]),
             Column("in\nsample", rank=5),
             *([Column("gap", rank=1)] if with_gap else []),
             Column("roads", rank=7),
@@ -200,16 +216,22 @@ def compare_table(rows: Iterable[MethodRow], title: str = "") -> FittingTable:
         if row.evaluated is None:
             table.add_row(row.method, *["-"] * (len(table.columns) - 1))
         else:
-            table.add_row(row.method, *_cells(row, row.evaluated, with_gap=with_gap))
+            cells = _cells(row, row.evaluated, with_gap=with_gap, in_town=in_town)
+            table.add_row(row.method, *cells)
     return table
 
 
-def flights_table(evaluation: Evaluation) -> "Table":
-    """Return what flights against true targets achieved, with 95 % intervals."""
+def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> "Table":
+    """Return what flights against true targets achieved, with 95 % intervals.
+
+    Parameters
+    ----------
+    in_town
+        As ``plan_table`` takes it.
+    """
     table = titled_table(f"{len(evaluation.weight):,} flights")
     for name in ("", "value", "95 % interval"):
         table.add_column(name, justify="right" if name else "left")
-    found, before = evaluation.found_interval, evaluation.found_before_goal_interval
     if evaluation.objective.by_s is not None:
         by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
         within = evaluation.found_by_interval(evaluation.objective.by_s)
@@ -217,22 +239,22 @@ def flights_table(evaluation: Evaluation) -> "Table":
     seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
     expected = _seconds(evaluation.expected_detection_time_s)
     table.add_row("expected detection time", expected, " .. ".join(seconds))
-    for name, share, interval in (
-        ("found", evaluation.detection_probability, found),
-        ("found before its goal", evaluation.found_before_goal_probability, before),
-    ):
-        table.add_row(name, percent(share), _shares(interval))
+    found = percent(evaluation.detection_probability)
+    table.add_row("found", found, _shares(evaluation.found_interval))
+    if not in_town:
+        before = percent(evaluation.found_before_goal_probability)
+        table.add_row(BEFORE_GOAL, before, _shares(evaluation.found_before_goal_interval))
     return table
 
 
-def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool) -> list[str]:
+def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool, in_town: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
     return [
         *_by_cells(evaluated),
         _seconds(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
         percent(evaluated.detection_probability),
-        percent(evaluated.found_before_goal_probability),
+        *([] if in_town else [percent(evaluated.found_before_goal_probability)]),
         "-" if row.planned is None else _seconds(row.planned.expected_detection_time_s),
         *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",

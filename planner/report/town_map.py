@@ -10,6 +10,8 @@ from planner.arrays import Floats
 from planner.clock import clock
 from planner.flight.pieces import Piece, along, segments
 from planner.flight.plan import Plan
+from planner.futures.state_at import State
+from planner.network.road_network import RoadNetwork
 from planner.report.maps import View, draw_net, time_colours
 from planner.search.problem import Problem
 
@@ -21,6 +23,7 @@ FINDS = 6  # so many are numbered
 A_FIND = 0.01  # of the probability; what finds less is not numbered
 WITHIN = 0.98  # of the probability lies on the map, at each of some times
 TIMES = 24
+LEAST_SHOWN = 0.2  # of a net's width, so that one knows where in it that is
 NUMBER: dict[str, Any] = {"size": 8.5, "weight": "bold", "ha": "center", "va": "center"}
 BOX: dict[str, Any] = {"boxstyle": "circle,pad=0.22", "fc": "white", "ec": "black", "lw": 1.1}
 
@@ -48,6 +51,18 @@ def view_of_search(problem: Problem, plan: Plan, until_s: float) -> View:
         if len(there):
             places.append(np.quantile(there, [edge, 1 - edge], axis=0))
     return View.around(np.concatenate(places))
+
+
+def view_of_state(network: RoadNetwork, state: State) -> View:
+    """Return the part of a net where targets are at a time, in a town; else all of it."""
+    whole = View.of(network)
+    if network.is_abstract or len(state.xy_m) == 0:
+        return whole
+    edge = (1 - WITHIN) / 2
+    view = View.around(np.quantile(state.xy_m, [edge, 1 - edge], axis=0), margin=0.2)
+    if view.size_m >= whole.size_m:
+        return whole
+    return view.of_size(max(view.size_m, LEAST_SHOWN * whole.size_m))
 
 
 def finds_of(

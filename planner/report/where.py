@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.clock import clock
+from planner.flight.track import Track
 from planner.futures.state_at import QUANTILES, RoadState, State
 from planner.mission.opening import OpenScenario
 from planner.network.georeference import is_georeferenced, lonlat
@@ -59,7 +60,8 @@ def where_table(
         rest = sum(row.probability for row in rows[most:])
         table.add_row(f"{len(rows) - most} other roads", *blank, percent(rest), "", "")
     if elsewhere_probability > 1e-9:
-        table.add_row("not on the roads", *blank, percent(elsewhere_probability), "", "")
+        elsewhere = "not on the roads" if network.is_abstract else "off the map, or not on it yet"
+        table.add_row(elsewhere, *blank, percent(elsewhere_probability), "", "")
     return table
 
 
@@ -87,9 +89,14 @@ def whereabouts(row: RoadState, network: RoadNetwork) -> dict[str, Any]:
 
 
 def write_where(
-    folder: Path, opened: OpenScenario, state: State, roads: Sequence[RoadState]
+    folder: Path,
+    opened: OpenScenario,
+    state: State,
+    roads: Sequence[RoadState],
+    *,
+    flown: Track | None = None,
 ) -> None:
-    """Write ``where.csv`` and ``where.png``."""
+    """Write ``where.csv`` and ``where.png``; in the picture, where a sensor has been, if any."""
     rows = []
     for road in roads:
         row: dict[str, Any] = {"road": road.edge, "probability": road.probability}
@@ -98,4 +105,5 @@ def write_where(
             row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
         rows.append(row | whereabouts(road, opened.network))
     write_csv(folder / TABLE, rows)
-    where_picture(folder / PICTURE, opened.network, state, title=opened.scenario.title)
+    title = opened.scenario.title
+    where_picture(folder / PICTURE, opened.network, state, title=title, flown=flown)

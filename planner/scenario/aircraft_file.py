@@ -13,6 +13,7 @@ from planner.scenario.uav import IDEAL, UavSection
 
 SHIPPED = Path(__file__).with_name("aircraft")
 OF_TOWNS = "multicopter"  # whose keys are taken on real nets, if nothing is said
+TESTED = "multicopter"  # the one that is held against recorded flights
 KEYS = (
     "speed_mps",
     "altitude_m",

@@ -109,7 +109,7 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
                 yield Fault(f"uav.{key}", f"{text} uav.corner_m")
     if uav.min_speed_mps is not None and uav.min_speed_mps > uav.speed_mps:
         text = f"is more than uav.speed_mps, {as_written(uav.speed_mps)} m/s; give a lower one"
-        yield Fault("uav.min_speed_mps", text)
+        yield Fault("uav.min_speed_mps", f"{text}, or fly faster")
     if uav.wind is not None and uav.wind.speed_mps >= uav.speed_mps:
         text = f"is no slower than the UAV, {as_written(uav.speed_mps)} m/s, which drifts away"
         yield Fault("uav.wind.speed_mps", f"{text}; wait for less wind")

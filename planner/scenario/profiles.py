@@ -1,5 +1,6 @@
 """Profiles and mixtures of targets, written out: what `[target]` says with all it refers to."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,8 @@ def shipped_profiles() -> tuple[str, ...]:
 def written_out(key: str, table: Mapping[str, Any], folder: Path, faults: list[Fault]) -> Table:
     """Return a target's table without a profile, each component of its mixture with all its keys.
 
-    A component has the keys of the whole, then those of its profile, then its own.
+    A component has the keys of the whole, then those of its profile, then its own. One that is
+    itself a mixture is its parts, which share its weight; the first one stands in its place.
 
     Parameters
     ----------
@@ -45,19 +47,36 @@ def written_out(key: str, table: Mapping[str, Any], folder: Path, faults: list[F
     if not isinstance(components, list) or not all(isinstance(one, dict) for one in components):
         faults.append(Fault(f"{key}.mix", "should be tables; write [[target.mix]] for each"))
         return whole
-    mix = []
+    mix, more = [], []
     for i, own in enumerate(components):
         here = f"{key}.mix[{i}]"
-        said = _with_profile(here, own, folder, faults)
-        if "mix" in said:
-            text = "is itself a mixture; write its components here"
-            faults.append(Fault(f"{here}.{'profile' if 'profile' in own else 'mix'}", text))
-            del said["mix"]
+        said, *others = _parts(written_out(here, own, folder, faults))
         faults += _of_all_faults(here, said, whole)
         mix.append({**whole, **said})
+        more += [{**whole, **other} for other in others]
+    mix += more
     if "start" not in whole and mix and "start" in mix[0]:
         whole["start"] = mix[0]["start"]
     return {**whole, "mix": mix}
+
+
+def _parts(component: Table) -> list[Table]:
+    """Return a component, or the parts of which it is a mixture, by their shares of its weight."""
+    mix = component.get("mix")
+    if not mix or not isinstance(mix, list):
+        return [component]
+    weight, weights = component.get("weight"), [part.get("weight") for part in mix]
+    for one in (weight, *weights):
+        if not _is_weight(one):  # it is told of where the section is checked
+            return [
+                {name: value for name, value in mix[0].items() if name != "weight"}
+                | ({} if one is None else {"weight": one})
+            ]
+    return [part | {"weight": weight * part["weight"] / math.fsum(weights)} for part in mix]
+
+
+def _is_weight(value: Any) -> bool:
+    return type(value) in (int, float) and 0 < value < math.inf
 
 
 def _with_profile(key: str, table: Mapping[str, Any], folder: Path, faults: list[Fault]) -> Table:

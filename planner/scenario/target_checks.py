@@ -26,7 +26,7 @@ def _own_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Faul
     if section.goes not in (None, "turns"):
         yield from _going_faults(key, section)
     if section.flees is not None and section.driving != "free":
-        text = 'needs limits to exceed; write driving = "free", or leave it out'
+        text = 'needs limits to exceed; write driving = "free", or leave it and its profile out'
         yield Fault(f"{key}.flees", text)
     elif section.flees is not None and section.speed_drawn == "per road":
         yield Fault(f"{key}.flees", 'goes with speed_drawn = "once"; leave one of them out')

@@ -194,6 +194,8 @@ class GoalFile(Section):
 
 
 def _sound_goals(goals: tuple[Goal, ...]) -> tuple[Goal, ...]:
+    if not goals:
+        raise ValueError('is empty; name a place, or write "turns"')
     fault = _either_all_or_none(goals)
     if fault:
         raise ValueError(fault)

@@ -280,6 +280,15 @@ def test_starts_that_do_not_lead_there_are_left_out_and_told_of(
             ["target.goes: the probabilities sum to 0.9, not to one; change them until they do"],
         ),
         (
+            ("target.goes=[]",),
+            ['target.goes: is empty; name a place, or write "turns"'],
+        ),
+        (
+            ("target.goes=[{ x_m = 90000, y_m = 0 }]",),
+            ["target.goes[0]: lies 70,000 m from any road (FG is the nearest); give a place "
+             "nearby, in metres as the net has them"],
+        ),
+        (
             ("target.goes=home",),
             ["target.goes: should be 'turns', 'somewhere' or 'leaves', not \"home\"; give "
              '"turns" by chance, "somewhere", "leaves", [{ edge, p }], or { file } of SUMO\'s '
@@ -294,7 +303,9 @@ def test_faults_are_told_by_key(overrides: tuple[str, ...], expected: list[str])
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("<routes/>", "holds no routes and no trips"),
+        ("<routes/>", "holds no route with a probability above 0 and no trip"),
+        ('<routes><routeDistribution><route edges="AB" probability="0"/></routeDistribution>'
+         "</routes>", "holds no route with a probability above 0 and no trip"),
         ('<routes><route edges="AB CD"/></routes>', "AB does not lead to CD, but to BC, BD, BE"),
         ('<routes><route edges="AB XX"/></routes>', "XX is not an edge of the network"),
         ('<routes><route edges=""/></routes>', "a route has no edges"),

@@ -116,6 +116,24 @@ def test_a_profile_is_written_out_where_a_scenario_is_kept(tmp_path: Path) -> No
     assert draw(again, 50).route_edge.tolist() == draw(one, 50).route_edge.tolist()
 
 
+def test_a_component_that_is_a_mixture_shares_out_its_weight() -> None:
+    one = opened(
+        'target.mix=[{ weight = 2, profile = "driving" }, { weight = 3, profile = "lorry" }]'
+    )
+    mix = one.scenario.target.mix
+    assert mix is not None
+    told = [(part.goes, round(part.weight, 9)) for part in mix]
+    # The first part of each stands where the component was written.
+    assert told == [
+        ("somewhere", 1.0),
+        ("leaves", 2.4),
+        ("leaves", 0.6),
+        ("turns", 0.4),
+        ("somewhere", 0.6),
+    ]
+    assert isinstance(one.prior, Mixture)
+
+
 def test_own_profiles_and_what_stands_beside_one(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text("speed_mps = { constant = 7 }\ngoes = 'leaves'\n", encoding="utf-8")
@@ -168,8 +186,11 @@ def test_parts_that_drive_differently_are_refused() -> None:
             ["target.mix[0].profile: lots is not a profile; did you mean lost?"],
         ),
         (
-            ('target.mix=[{ weight = 1, profile = "driving" }, { weight = 1 }]',),
-            ["target.mix[0].profile: is itself a mixture; write its components here"],
+            ('target.mix=[{ weight = -1, profile = "driving" }, { profile = "driving" }]',),
+            ["target.mix[0].weight: should be greater than 0, not -1; give its probability, or any "
+             "number in proportion to it, above 0",
+             "target.mix[1].weight: is missing; give its probability, or any number in proportion "
+             "to it, above 0"],
         ),
         (
             ('target.mix=[{ weight = 1, gos = "leaves" }, { weight = 1 }]',),
@@ -197,7 +218,8 @@ def test_parts_that_drive_differently_are_refused() -> None:
         ),
         (
             ("target.flees={ for_s = 90 }", "target.driving=constant"),
-            ['target.flees: needs limits to exceed; write driving = "free", or leave it out'],
+            ['target.flees: needs limits to exceed; write driving = "free", or leave it and its '
+             'profile out'],
         ),
     ],
 )  # fmt: skip

@@ -27,6 +27,8 @@ ZONES = """<additional>
 </taz>
 <taz id="drawn" shape="-1,1 8000,1 8000,-8000 -1,-8000"/>
 <taz id="empty"/>
+<taz id="weightless"><tazSource id="r0c0-r0c1" weight="0"/></taz>
+<taz id="odd"><tazSource id="r0c0-r0c1" weight="-1"/></taz>
 </additional>"""
 
 
@@ -156,9 +158,16 @@ def test_zones_are_read_as_sumo_reads_them(tmp_path: Path) -> None:
     drawn = opened(asked.replace("weighted", "drawn")).prior.stretches
     assert drawn is not None
     assert drawn.to_m.tolist() == [8000, 8000]
-    for name, said in (("empty", "neither edges nor a shape"), ("tow", "did you mean two?")):
-        with pytest.raises(InputError, match=said.replace("?", r"\?")):
+    for name, said in (
+        ("empty", "the taz empty holds neither edges nor a shape"),
+        ("tow", r"holds no taz tow; did you mean two\?"),
+        ("odd", 'the taz odd gives edge r0c0-r0c1 the weight "-1"; give a number'),
+    ):
+        with pytest.raises(InputError, match=said):
             read_zone(path, name)
+    (fault,) = faults("target.distance_m=anywhere", asked.replace("weighted", "weightless"))
+    assert "has no edge of this net" in fault
+    assert "weighs more than 0 (r0c0-r0c1)" in fault
 
 
 def test_who_was_seen_within_a_window_sets_out_in_it() -> None:
@@ -204,6 +213,11 @@ def test_who_was_seen_within_a_window_sets_out_in_it() -> None:
             ("target.start={ area = [[-900, -900], [-800, -900], [-900, -800]] }",),
             ["target.start: there is no road within the polygon (r0c0-r1c0 is the nearest, "
              "867 m from its middle); give corners in metres as the net has them"],
+        ),
+        (
+            ("target.start={ area = [[-10, -10], [90, 90], [90, -10], [-10, 90]] }",),
+            ["target.start: a polygon crosses itself, or encloses nothing (self-intersection at "
+             "40 m east, 40 m north in the net); correct its points"],
         ),
         (
             ("target.start={ area = [[0, 0], [9, 9]] }",),

@@ -47,6 +47,7 @@ def test_a_scenario_is_measured_and_its_remarks_told_here_alone(
     assert "740 for cars" in flat
     assert "400 particles until 0:30:00: 400 SUMO runs" in flat
     assert "uav.speed_mps: 15 m/s is less than 3 times" in flat
+    assert "\n  method assumes" in said.out  # below what its line begins with, not its dash
     assert run("build", "berlin").err == ""  # no longer with every command
 
 
@@ -71,6 +72,8 @@ def test_a_net_alone(run: Commands, tmp_path: Path, osm: Path) -> None:
         found = run("check", place, "--json").json
         assert (found["edges"], found["net"], found["exits"]) == (26, str(place), 1)
         assert "no projection" in " ".join(found["remarks"])
+    assert "\n  roads " not in run("check", plain).out  # to which sensor?
+    assert "\n  roads " in run("check", TOWN).out
     found = run("check", osm, "--json").json
     assert (found["edges"], found["attribution"], found["named_share"]) == (6, OF_OSM, 1.0)
     assert "no projection" not in " ".join(found["remarks"])

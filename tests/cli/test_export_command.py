@@ -15,9 +15,9 @@ from pymavlink import mavwp
 
 from planner.cli import main
 from planner.export.formats import ABOUT, FILES
-from planner.mission.opening import open_scenario
 from planner.network.sumo import sumo_home
 from support.command_line import TOWN, Commands, Said
+from support.town_on_earth import CREDIT, on_earth
 
 SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "30")
 REAL = {
@@ -31,9 +31,6 @@ REAL = {
 }
 SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
 SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=60")
-UTM = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
-OFFSET_M = (-294_000.0, -5_498_000.0)
-CREDIT = "© who -- drew it"
 ORIGIN = ("--origin", "49.6,6.1")
 
 
@@ -53,22 +50,6 @@ def town_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def planned(run: Commands, folder: Path, scenario: object, *options: str) -> Path:
     said = run("plan", scenario, *SMALL, *options, "-o", folder)
     assert said.code == 0, said.err
-    return folder
-
-
-def on_earth(folder: Path) -> Path:
-    """The town's scenario on a net that says where it lies, and whose it is."""
-    net = open_scenario(TOWN).network.path.read_text()
-    east, north = OFFSET_M
-    net = net.replace('projParameter="!"', UTM)
-    net = net.replace('netOffset="0.00,0.00"', f'netOffset="{east:.2f},{north:.2f}"')
-    assert UTM in net
-    (folder / "town.net.xml").write_text(net)
-    text = (Path(TOWN) / "scenario.toml").read_text()
-    text = text.replace('nodes = "town.nod.xml"\nedges = "town.edg.xml"', 'net = "town.net.xml"')
-    text = text.replace("exits", f'attribution = "{CREDIT}"\nexits')
-    text = text.replace("[target]", '[target]\nsighted_at = "2026-05-01T14:05:00+02:00"')
-    (folder / "scenario.toml").write_text(text)
     return folder
 
 
@@ -101,8 +82,14 @@ def test_all_files_are_what_their_programs_read(run: Commands, tmp_path: Path) -
     assert validate(file_to_validate=folder / "flight.kml")
     read = geojson.loads((folder / "flight.geojson").read_text())
     assert read.is_valid
-    schema = etree.XMLSchema(etree.parse(str(sumo_home() / "data" / "xsd" / "fcd_file.xsd")))
-    schema.assertValid(etree.parse(str(folder / "flight.fcd.xml")))
+    kinds = [one["properties"]["kind"] for one in read["features"]]
+    assert {"flight", "waypoint", "road", "targets not found"} == set(kinds)
+    for name, schema in (("fcd", "fcd_file.xsd"), ("edgedata", "meandata_file.xsd")):
+        rules = etree.XMLSchema(etree.parse(str(sumo_home() / "data" / "xsd" / schema)))
+        rules.assertValid(etree.parse(str(folder / FILES[name])))
+    points = gpxpy.parse((folder / "flight.gpx").read_text()).tracks[0].segments[0].points
+    assert (points[0].elevation, points[-1].elevation) == (0.0, 0.0)  # from the ground, to it
+    assert max(point.elevation for point in points) == 120.0
 
     for name in ("flight.kml", "flight.gpx", "flight.geojson", ABOUT):
         assert CREDIT in (folder / name).read_text(encoding="utf-8")
@@ -150,6 +137,40 @@ def test_the_same_bytes_and_nothing_overwritten(
     one = run("export", town_run, *ORIGIN, "-o", tmp_path / "c", "--format", "gpx")
     assert one.code == 0
     assert {path.name for path in (tmp_path / "c").iterdir()} == {"flight.gpx", ABOUT}
+
+
+def test_parts_and_a_vehicle_s_parameters(run: Commands, tmp_path: Path, town_run: Path) -> None:
+    (tmp_path / "v.param").write_text("WPNAV_SPEED,1000\n")
+    split = ("--split", "--max-waypoints", "4", "--params", tmp_path / "v.param")
+    said = run("export", town_run, *ORIGIN, "-o", tmp_path / "a", *split)
+    assert said.code == 0, said.err
+    assert "- WPNAV_SPEED: is 1000, not 1500 cm/s" in said.out
+    assert "autopilots' files are in" in said.out
+    many = len(list((tmp_path / "a").glob("flight-*.plan")))
+    assert many > 1
+    parts = [tmp_path / "a" / f"flight-{number}.plan" for number in range(1, many + 1)]
+    assert many == len(list((tmp_path / "a").glob("flight-*.waypoints")))
+    assert not (tmp_path / "a" / "flight.plan").exists()
+    ends, begins = [], []
+    for part in parts:
+        items = json.loads(part.read_text())["mission"]["items"]
+        flown = [item["params"][4:6] for item in items if item["command"] == 16]
+        begins.append(flown[0])
+        ends.append(flown[-1])
+    assert begins[1:] == ends[:-1]
+    assert run("export", town_run, *ORIGIN, "-o", tmp_path / "a").code == 2  # parts are there
+    assert run("export", town_run, *ORIGIN, "-o", tmp_path / "a", "--force").code == 0
+    assert list((tmp_path / "a").glob("flight-*")) == []
+    one = ("--split", "--max-waypoints", "1")
+    refused(run("export", town_run, *ORIGIN, *one), "--max-waypoints: a part has two at least")
+    (tmp_path / "v.param").write_text("{}")
+    bad = ("--params", tmp_path / "v.param", "-o", tmp_path / "b")
+    refused(run("export", town_run, *ORIGIN, *bad), "line 1: is no parameter and its value")
+    assert not (tmp_path / "b").exists()
+    nameless = ("--by-hand", "5", "-o", tmp_path / "b")
+    refused(run("export", town_run, *ORIGIN, *nameless), "--by-hand 5: no street with a name")
+    both = (*nameless, "--tolerance", "5")
+    refused(run("export", town_run, *ORIGIN, *both), "--tolerance: is for an autopilot's flight")
 
 
 def test_a_plan_for_the_ideal_aircraft(run: Commands, tmp_path: Path) -> None:

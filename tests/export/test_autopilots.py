@@ -65,6 +65,17 @@ def test_it_imports_the_plan(importer: tuple[str, Any], tmp_path: Path) -> None:
         assert (item.frame, item.z) in {(3, 100.0), (6, 100.0)}
 
 
+def test_it_imports_a_part_that_begins_in_the_air(
+    importer: tuple[str, Any], tmp_path: Path
+) -> None:
+    autopilot, raw = importer
+    _, part = flight_at(-33.9, 18.4).parts(3)
+    text = plan_file(part, autopilot=autopilot)  # type: ignore[arg-type]
+    (tmp_path / "f.plan").write_text(text, encoding="utf-8")
+    read = raw.import_qgroundcontrol_mission(str(tmp_path / "f.plan"))
+    assert [item.command for item in read.mission_items[-4:]] == [178, 16, 16, 20]
+
+
 def test_it_imports_the_waypoints_of_ardupilot(importer: tuple[str, Any], tmp_path: Path) -> None:
     autopilot, raw = importer
     if autopilot == "px4":

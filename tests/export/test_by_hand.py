@@ -4,22 +4,31 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
-from planner.export.by_hand import Judge, Pilot, by_hand, chosen_legs
+from planner.export.about import Flown, Summary, Worth
+from planner.export.by_hand import TURN_S, Judge, Pilot, by_hand, chosen_legs
+from planner.export.checks import faults
 from planner.export.directions import directions
+from planner.export.formats import Wanted
+from planner.export.from_run import Hand, RunFlight, hand_flight
 from planner.export.line import Line
 from planner.export.stretches import stretches
 from planner.flight.as_flown import Battery, line_flown
 from planner.flight.law import FlightLaw
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
+from planner.mission.plan_file import StoredPlan
 from planner.network.street_names import street_names
+from planner.scenario.aircraft_file import with_aircraft
 
 LAW = FlightLaw(
     15.0, acceleration_mps2=1.4, corner_m=2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=100.0
@@ -59,24 +68,61 @@ def judge(places: np.ndarray) -> Judge:
     return Judge(resting(places), Sensor(60.0), Objective(1800.0))
 
 
-def test_it_flies_along_the_street_where_targets_are(
-    berlin: OpenScenario, on_street: np.ndarray
-) -> None:
-    pilot = Pilot(LAW, BATTERY, 160.0)
-    way = by_hand(a_plan(on_street), 3, pilot, judge(on_street), berlin.network)
-    assert len(way.legs) <= 3
-    assert STREET in way.streets
-    track, times = line_flown(way.xy_m, way.hold_s, LAW, up_s=160.0, lands=True)
-    assert track.end_s - float(track.time_s[0]) <= 1200.0
-    assert (way.xy_m[-1] == START).all()
-    said = directions(berlin.network, way, 160.0 + times.leaves_s)
-    assert len(said) == len(way.legs)
-    along = next(one for one in said if one.phrase.startswith(f"{STREET}, from "))
+@pytest.fixture(scope="module")
+def flown(berlin: OpenScenario, on_street: np.ndarray) -> RunFlight:
+    """A plan over all these places, flown by hand in three legs."""
+    line = a_plan(on_street)
+    track, _ = line_flown(line.xy_m, line.hold_s, LAW, up_s=160.0, lands=True)
+    asked = judge(on_street)
+    stored = StoredPlan(Plan("flown", (track,), ((),)), asked.sensor, asked.objective, {})
+    return hand_flight(berlin, stored, Hand(3, asked))
+
+
+def test_it_flies_along_the_street_where_targets_are(flown: RunFlight) -> None:
+    out, along, home = flown.by_hand
+    assert out.phrase.startswith("straight to ")
+    assert along.phrase.startswith(f"{STREET}, from ")
     assert " towards " in along.phrase
-    assert said[-1].phrase == "straight home"
-    assert sum(one.length_m for one in said) == pytest.approx(
-        float(np.hypot(*np.diff(way.xy_m, axis=0).T).sum())
+    assert home.phrase == "straight home"
+    assert STREET in {one.street for one in flown.flight.waypoints}
+    assert sum(leg.length_m for leg in flown.by_hand) == pytest.approx(sum(flown.flight.lengths_m))
+    begins_s = [leg.begins_s for leg in flown.by_hand]
+    assert begins_s == sorted(begins_s)
+
+
+def test_it_holds_nowhere_and_is_home_in_time(flown: RunFlight) -> None:
+    assert not any(one.hold_s for one in flown.flight.waypoints)
+    assert flown.flight.comes_home
+    assert flown.lasts_s <= 1200.0
+    assert list(faults(flown, most_waypoints=600)) == []
+    arrives_s = [one.arrives_s for one in flown.flight.waypoints]
+    at_once, _ = line_flown(
+        np.array([(one.x_m, one.y_m) for one in flown.flight.waypoints]),
+        np.zeros(len(arrives_s)),
+        LAW,
+        up_s=arrives_s[0],
+        lands=True,
     )
+    assert flown.track.end_s - at_once.end_s >= 2 * TURN_S  # it rests to turn
+
+
+def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
+    sensor, objective = judge(on_street)[1:]
+    found = evaluate((flown.track,), resting(on_street), sensor, objective)
+    everyone = replace(found, seen_at=np.zeros(len(on_street)))
+    wanted = Wanted.of(None, "px4", "relative")
+    worth = Worth(Flown(everyone, 900.0), Flown(found, flown.lasts_s))
+    text = Summary(flown, wanted, (), worth).text
+    assert text.startswith("The height, 100 m, is above the launch point, and flat ground")
+    assert "research software, not certified" in text
+    lost = 1.0 - found.detection_probability
+    assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0% planned" in text
+    assert "as planned     by hand" in text
+    assert "  3. " in text
+    assert "    begins   length  bearing" in text
+    assert text.count("  straight ") == 2
+    better = Summary(flown, wanted, (), Worth(worth.written, worth.planned)).text
+    assert "flown by hand it gains" in better
 
 
 def test_bearings_are_from_true_north(berlin: OpenScenario) -> None:
@@ -94,7 +140,7 @@ def test_bearings_are_from_true_north(berlin: OpenScenario) -> None:
     grid_deg = math.degrees(math.atan2(300.0, 1200.0))
     assert abs(leg.bearing_deg - grid_deg) > 1.0  # the net's north is another one
     assert leg.length_m == pytest.approx(metres, rel=1e-3)
-    assert "bearing 013 (N)" in leg.line or "bearing 013 (NE)" in leg.line
+    assert leg.line == " 0:00:00  1,237 m  013 N   straight on"
 
 
 def test_what_cannot_be_flown_is_refused(berlin: OpenScenario, on_street: np.ndarray) -> None:
@@ -104,6 +150,17 @@ def test_what_cannot_be_flown_is_refused(berlin: OpenScenario, on_street: np.nda
     nowhere = replace(pilot, clear=lambda *_: False)
     with pytest.raises(InputError, match="--by-hand 9"):
         by_hand(a_plan(on_street), 9, nowhere, judge(on_street), berlin.network)
+
+
+def test_an_aircraft_on_wings_is_not_flown_so(
+    berlin: OpenScenario, on_street: np.ndarray, flown: RunFlight
+) -> None:
+    asked = judge(on_street)
+    plan = Plan("flown", (flown.track,), ((),))
+    stored = StoredPlan(plan, asked.sensor, asked.objective, {})
+    wings = with_aircraft(berlin.scenario.uav, Path("fixed-wing"))
+    with pytest.raises(InputError, match=r"--by-hand: .* cannot hover"):
+        hand_flight(berlin, stored, Hand(3, asked), uav=wings)
 
 
 def test_stretches_lead_along_one_street_from_crossing_to_crossing(berlin: OpenScenario) -> None:
@@ -133,4 +190,6 @@ def test_legs_are_put_in_one_by_one_where_they_add_most(seed: int) -> None:
     every = [[*flown] for n in (1, 2) for flown in product(range(4), repeat=n)]  # some twice
     assert worth(chosen) <= max(map(worth, every))
     assert len(chosen) <= 2
+    others = [[*chosen[:at], k, *chosen[at + 1 :]] for at in range(len(chosen)) for k in range(4)]
+    assert worth(chosen) >= max(map(worth, others))  # no single change is better
     assert chosen_legs(range(4), 2, lambda _: -math.inf) == []

@@ -3,7 +3,9 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,11 @@ from fastkml import kml as fastkml
 from fastkml.validator import validate
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lxml import etree
 from pymavlink import mavwp
 
 from planner.errors import InputError
-from planner.export.flight_file import FlightFile, Waypoint, whole_holds
+from planner.export.flight_file import Fix, FlightFile, Waypoint, whole_holds
 from planner.export.mavlink import items, plan_file, waypoints_file
 from planner.export.tables import cell, csv_table, fcd, geojson
 from planner.export.xml_maps import gpx, kml
@@ -98,6 +101,111 @@ def test_fastkml_and_its_schemas_accept_the_map(tmp_path: Path) -> None:
     assert [one.description for one in named["waypoints"].features][1] == plain(ODD)
 
 
+CHARACTERS = st.text(st.characters(codec="utf-8"), max_size=12) | st.sampled_from(
+    [ODD, "=1+1", "-x", "a,b", 'say "no"', "\x00\x1b[2J", "]]>", "--", "<b>&amp;", "\u2028", "\r\n"]
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(CHARACTERS)
+def test_names_of_whatever_characters(name: str) -> None:
+    plain_flight = flight_at(-33.9, 18.4)
+    named = tuple(replace(one, street=name) for one in plain_flight.waypoints)
+    flight = replace(plain_flight, name=name, waypoints=named, attribution=name)
+    json.loads(plan_file(flight))
+    assert waypoints_file(flight) == waypoints_file(plain_flight)
+    read = json.loads(geojson(flight))["features"]
+    assert [one["properties"].get("street", one["properties"].get("name")) for one in read] == [
+        name
+    ] * len(read)
+    (tab,) = {row[-1] for row in list(csv.reader(io.StringIO(csv_table(flight), newline="")))[1:]}
+    assert tab == cell(name)
+    assert not tab.startswith(("=", "+", "-", "@"))
+    route = gpxpy.parse(gpx(flight)).routes[0]
+    assert (route.points[1].description or "") == plain(name).strip() or not name.strip()
+    for text in (kml(flight), gpx(flight), fcd(flight)):
+        etree.fromstring(text.encode())
+
+
+@settings(max_examples=20, deadline=None)
+@given(*EVERYWHERE)
+def test_missions_on_all_hemispheres(lat_deg: float, lon_deg: float) -> None:
+    flight = flight_at(lat_deg, lon_deg)
+    mission = json.loads(plan_file(flight))["mission"]
+    flown = [tuple(one["params"][4:6]) for one in mission["items"] if one["command"] == 16]
+    home = tuple(mission["plannedHomePosition"][:2])
+    assert same_places([home, *flown, home], flight)
+
+
+@settings(max_examples=10, deadline=None)
+@given(*EVERYWHERE)
+def test_maps_on_all_hemispheres(lat_deg: float, lon_deg: float) -> None:
+    flight = flight_at(lat_deg, lon_deg)
+    space = "{http://www.opengis.net/kml/2.2}"
+    root = etree.fromstring(kml(flight).encode())
+    told = [
+        [*map(float, place.split(","))]
+        for place in root.iter(f"{space}coordinates")
+        for place in (place.text or "").split()
+    ]
+    line = told[: len(flight.waypoints)]
+    assert same_places([(lat, lon) for lon, lat, _ in line], flight)
+
+
+def test_tracks_are_the_true_way_with_its_heights() -> None:
+    flight = flight_at(10.0, 20.0)
+    way = tuple(Fix(100.0 + 0.5 * k, 10.0 + 1e-4 * k, 20.0, min(100.0, 25.0 * k)) for k in range(9))
+    flown = replace(flight, way=way)
+    points = gpxpy.parse(gpx(flown)).tracks[0].segments[0].points
+    assert [point.elevation for point in points] == [fix.height_m for fix in way]
+    for point, fix in zip(points, way, strict=True):
+        assert point.time is not None
+        assert (point.time - SEEN).total_seconds() == pytest.approx(fix.time_s, abs=0.01)
+        assert point.latitude == pytest.approx(fix.lat_deg, abs=CENTIMETRE)
+    text = kml(flown)
+    assert text.count("<gx:coord>") == text.count("<when>") - len(flight.waypoints) == len(way)
+    assert "<gx:coord>20.0000000 10.0002000 50.0</gx:coord>" in text
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 40), st.integers(2, 12), st.booleans())
+def test_parts_begin_where_the_last_one_ended(many: int, most: int, comes_home: bool) -> None:
+    places = tuple(
+        Waypoint(50.0 + k / 1000, 8.0 - k / 500, 0.0, 0.0, 100.0 * k, float(k % 3 == 1))
+        for k in range(many)
+    )
+    flight = replace(flight_at(50.0, 8.0, comes_home=comes_home), waypoints=places)
+    parts = flight.parts(most)
+    assert all(2 <= len(part.waypoints) <= most for part in parts)
+    assert [part.launch for part in parts] == [None, *[places[0]] * (len(parts) - 1)]
+    assert [part.comes_home for part in parts] == [False] * (len(parts) - 1) + [comes_home]
+    for before, after in pairwise(parts):
+        end, begin = before.waypoints[-1], after.waypoints[0]
+        assert (end.lat_deg, end.lon_deg) == (begin.lat_deg, begin.lon_deg)
+        assert (begin.arrives_s, begin.hold_s) == (end.arrives_s + end.hold_s, 0.0)
+    joined = [one for part in parts for one in part.waypoints[1:]]
+    assert [places[0], *joined] == [*places]
+    if len(parts) > 1:
+        assert parts[0].name == f"{flight.name}, part 1 of {len(parts)}"
+
+
+def test_pymavlink_reads_each_part(tmp_path: Path) -> None:
+    flight = flight_at(-33.9, 18.4)
+    first, last = flight.parts(3)
+    for part, commands in ((first, [16, 22, 178, 16, 16, 17]), (last, [16, 178, 16, 16, 20])):
+        (tmp_path / "f.waypoints").write_text(waypoints_file(part), encoding="utf-8")
+        loader = mavwp.MAVWPLoader()
+        assert loader.load(str(tmp_path / "f.waypoints")) == len(commands)
+        assert [loader.wp(k).command for k in range(loader.count())] == commands
+        assert loader.wp(0).x == pytest.approx(-33.9)  # home is where it took off
+
+
+def test_no_speed_is_changed_on_the_way() -> None:
+    commands = [item.command for item in items(flight_at(1.0, 2.0), "ardupilot")]
+    assert commands.count(178) == 1
+    assert commands.index(178) < commands.index(16)
+
+
 def test_without_a_time_of_day_none_is_invented() -> None:
     flight = flight_at(52.4, 13.5, seen=None)
     for write in (kml, gpx, geojson, csv_table):
@@ -128,6 +236,8 @@ def test_a_plan_has_what_ground_stations_ask_for(autopilot: Any, firmware: int) 
     assert all(len(item["params"]) == 7 for item in mission["items"])
     assert mission["items"][0]["params"][3] is None  # whichever way it points
     assert len(mission["plannedHomePosition"]) == 3
+    assert "fenceAction" not in text  # which released ground stations do not know
+    assert {item["type"] for item in mission["items"]} == {"SimpleItem"}
 
 
 def test_a_flight_that_lands_nowhere_stays_at_its_end() -> None:
@@ -172,7 +282,6 @@ def test_spreadsheets_see_no_formulas() -> None:
 
 
 def test_sumo_schema_and_places_of_the_floating_car_data(tmp_path: Path) -> None:
-    from lxml import etree
     from sumolib import xml
 
     flight = flight_at(10.0, 20.0)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import shapely
 
 from planner.errors import InputError, ScenarioError
 from planner.export.checks import faults, remarks
+from planner.export.flight_file import FlightFile
 from planner.export.formats import Wanted, rings
-from planner.export.from_run import RunFlight, placed, run_flight
+from planner.export.from_run import RunFlight, line_alone, placed, run_flight
 from planner.flight.airspace import Airspace
 from planner.flight.law import timed
 from planner.flight.plan import Plan
@@ -112,6 +114,38 @@ def test_another_aircraft_is_home_in_time(tmp_path_factory: pytest.TempPathFacto
     assert told(run) == []
 
 
+WINGS = (
+    "uav.hover=false",
+    "uav.speed_mps=14",
+    "uav.min_speed_mps=12",
+    "uav.acceleration_mps2=5",
+    "uav.corner_m=20",
+)
+
+
+def test_an_aircraft_that_cannot_hover_flies_its_own_plan_and_no_other() -> None:
+    opened, plan = town(*WINGS)
+    run = run_flight(opened, plan, origin=ORIGIN)
+    assert told(run) == []
+    assert not any(one.hold_s for one in run.flight.waypoints)
+    assert run.lasts_s <= 1201.0
+    opened, plan = town()
+    wings = with_aircraft(opened.scenario.uav, Path("fixed-wing"))
+    (fault,) = told(run_flight(opened, plan, uav=wings, origin=ORIGIN))
+    assert "too tight for an aircraft that cannot hover" in fault
+
+
+def test_another_aircraft_whose_radio_reaches_less_far(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    opened, plan = town()
+    file = tmp_path_factory.mktemp("aircraft") / "weak.toml"
+    file.write_text("[uav]\nlink_m = 600\n")
+    run = run_flight(opened, plan, uav=with_aircraft(opened.scenario.uav, file), origin=ORIGIN)
+    (fault,) = told(run)
+    assert "farther from its start than uav.link_m" in fault
+
+
 def test_waiting_over_the_launch_is_a_waypoint_with_a_hold() -> None:
     opened, _ = town()
     problem = problem_of(opened, Recorder(opened, 1).planning().futures)
@@ -122,8 +156,28 @@ def test_waiting_over_the_launch_is_a_waypoint_with_a_hold() -> None:
     first, held, last = run.flight.waypoints
     assert (first.hold_s, last.hold_s) == (0.0, 0.0)
     assert held.hold_s > 900.0
+    alone = line_alone(run)
+    assert alone is not None
+    assert alone.end_s < run.track.end_s - 900.0
     assert last.arrives_s == held.arrives_s + held.hold_s
     assert run.lasts_s <= 1201.0
+
+
+def test_apps_that_fly_the_line_hold_nowhere() -> None:
+    run = written()
+    assert line_alone(replace(run, flight=_held(run, 0.0))) is None
+    held = _held(run, 90.0)
+    alone = line_alone(replace(run, flight=held))
+    assert alone is not None
+    assert alone.end_s <= run.track.end_s + 1e-6
+    places = [alone.xy(alone.time_s[k]) for k in (0, -1)]
+    assert np.allclose(places, [(held.waypoints[k].x_m, held.waypoints[k].y_m) for k in (0, -1)])
+
+
+def _held(run: RunFlight, hold_s: float) -> FlightFile:
+    held = [replace(one, hold_s=0.0) for one in run.flight.waypoints]
+    held[2] = replace(held[2], hold_s=hold_s)
+    return replace(run.flight, waypoints=tuple(held))
 
 
 def test_the_ideal_aircraft_is_refused_in_one_line() -> None:
@@ -229,8 +283,6 @@ def test_faults_of_an_aircraft_s_file(
 
 
 def test_aircraft_come_with_the_package(tmp_path_factory: pytest.TempPathFactory) -> None:
-    from pathlib import Path
-
     uav = with_aircraft(open_scenario(TOWN).scenario.uav, Path("multicopter"))
     assert (uav.speed_mps, uav.acceleration_mps2, uav.kept_s) == (15.0, 1.4, 300.0)
     with pytest.raises(InputError, match="did you mean multicopter"):

@@ -3,6 +3,7 @@
 import math
 import os
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -65,6 +66,14 @@ def test_px4_s_as_its_ground_station_writes_them(file: Path) -> None:
     ]
     with pytest.raises(InputError, match=r"has none of WPNAV_SPEED, .*--autopilot"):
         differences(file, parameters(LAW, "ardupilot"))
+
+
+def test_wings_have_other_parameters(file: Path) -> None:
+    wings = replace(LAW, min_speed_mps=10.0)
+    assert parameters(wings, "ardupilot") == []
+    file.write_text(OLD, encoding="utf-8")
+    with pytest.raises(InputError, match="--params: only parameters of multicopters"):
+        differences(file, [])
 
 
 def test_single_precision_is_no_difference(file: Path) -> None:

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from lxml import etree
 
 from planner.errors import OutputError
 from planner.export.sumo_gui import write_overlay
+from planner.flight.airspace import Airspace
 from planner.flight.plan import Plan
 from planner.network.sumo import binary, sumo_home
 from planner.search.plan import plan_of_legs, plan_of_wait
@@ -68,6 +70,17 @@ def test_lines_follow_the_flight(tmp_path: Path) -> None:
     times = [float(param.get("value")) for param in tree.iter("param") if "_s" in param.get("key")]
     flown = np.cumsum([600, 50, np.hypot(100, 80), np.hypot(50, 40)])
     assert np.allclose(times, np.repeat([0, *flown], [1, 2, 2, 2, 1]), atol=0.01)
+
+
+def test_areas_are_outlines(tmp_path: Path, schema: etree.XMLSchema) -> None:
+    hole = shapely.box(0, 0, 90, 90).difference(shapely.box(40, 40, 50, 50))
+    airspace = Airspace(no_fly=shapely.union_all([hole, shapely.box(200, 0, 210, 10)]))
+    plan = plan_of_legs(PROBLEM, "greedy", [0])
+    write_overlay(tmp_path / "p.add.xml", plan, PROBLEM.network, airspace)
+    tree = etree.parse(str(tmp_path / "p.add.xml"))
+    schema.assertValid(tree)
+    areas = sorted(shapely.Polygon(shape).area for shape in shapes(tree, "no_fly"))
+    assert areas == [100, 100, 8100]
 
 
 def test_sumo_loads_it(tmp_path: Path) -> None:

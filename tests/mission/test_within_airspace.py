@@ -9,11 +9,13 @@ import pytest
 
 from planner.detection.evaluate import evaluate
 from planner.errors import InputError, NotApplicableError, ScenarioError
+from planner.mission.areas import airspace_of
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, make_plan, problem_of
 from planner.mission.trial import try_method
 from planner.network.georeference import lonlat
 from planner.scenario.draft import read_scenario
+from planner.scenario.sections import AirspaceSection
 from planner.search.methods import METHODS, method_named
 from support.command_line import Commands
 
@@ -137,6 +139,13 @@ def test_nothing_is_said_of_no_airspace() -> None:
     assert "airspace" not in read_scenario("figure3").as_dict()
     kept = read_scenario("figure3", overrides=["airspace.fence=[[0,0],[1,0],[1,1]]"])
     assert kept.as_dict()["airspace"] == {"fence": [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]]}
+
+
+def test_a_file_is_named_once(tmp_path: Path, berlin: OpenScenario) -> None:
+    (tmp_path / "park.geojson").write_text("")
+    section = AirspaceSection(no_fly="park.geojson")
+    _, (fault,) = airspace_of(section, tmp_path, berlin.network)
+    assert str(fault).startswith("airspace.no_fly: park.geojson: is not JSON")
 
 
 def test_geojson_beside_the_scenario(tmp_path: Path, berlin: OpenScenario) -> None:

@@ -107,14 +107,15 @@ def test_nothing_starts_on_an_exit_and_nobody_is_said_to_turn_there(ring: Path) 
         opened(ring, "", "target.turning={ 'r0-out' = { 'out-r0' = 1 } }")
 
 
-def test_a_turn_file_may_tell_of_turns_there(ring: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_turn_file_may_tell_of_turns_there(ring: Path) -> None:
     relations = '<edgeRelation from="r0-out" to="out-r0" count="1"/>'
     relations += '<edgeRelation from="r1-r0" to="r0-out" count="1"/>'
     (ring / "turns.xml").write_text(
         f'<data><interval begin="0" end="3600">{relations}</interval></data>'
     )
     scenario = opened(ring, "", "target.turning={ file = 'turns.xml' }")
-    assert "1 turns from exits of the map are left out" in caplog.text
+    (note,) = scenario.notes
+    assert note.endswith("turns.xml: left out: 1 turn from exits of the map")
     particles = sample(scenario.prior, scenario.network, 20, stream(1), horizon_s=600.0)
     assert all(particles.route(k).tolist()[-1] in _exits(scenario) for k in range(20))
 

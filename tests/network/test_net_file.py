@@ -64,12 +64,28 @@ def test_a_packed_net_is_one(tmp_path: Path) -> None:
         ),
         ("<configuration><net-file/></configuration>", "there is no file"),
         ("<configuration><input/></configuration>", "names no net; give it a <net-file"),
+        (
+            '<configuration><net-file value="a.net.xml, b.net.xml"/></configuration>',
+            r"names 2 nets \(a.net.xml, b.net.xml\); leave one",
+        ),
+        (
+            '<configuration><net-file value="a.net.xml"/><n value="b.net.xml"/></configuration>',
+            r"names 2 nets \(a.net.xml, b.net.xml\); leave one",
+        ),
     ],
 )
 def test_a_configuration_without_its_net_is_refused(tmp_path: Path, text: str, fault: str) -> None:
     (tmp_path / "a.sumocfg").write_text(text)
     with pytest.raises(InputError, match=fault):
         opened(tmp_path / "a.sumocfg")
+
+
+def test_an_extract_without_roads_is_refused(empty_cache: Path, tmp_path: Path) -> None:
+    osm = tmp_path / "field.osm"
+    osm.write_text('<osm version="0.6"><node id="1" lat="49.6" lon="6.1" version="1"/></osm>')
+    with pytest.raises(InputError, match=r"field.osm: netconvert .* loaded; export an area"):
+        import_osm(osm)
+    assert list(empty_cache.rglob("*.xml")) == []
 
 
 def test_an_extract_may_stand_where_a_net_may(tmp_path: Path) -> None:

@@ -9,16 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.errors import OutputError
+from planner.flight.airspace import Airspace
 from planner.flight.pieces import Piece, pieces
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.road_network import RoadNetwork
+from planner.report.airspace_map import COLOUR
 from planner.report.curves import shown_until_s
 from planner.report.figure import axes_at, new_figure
 from planner.report.maps import View, draw_order
@@ -65,6 +68,22 @@ def test_it_says_what_it_shows(tmp_path: Path) -> None:
     assert any(text.startswith("fresh: ") and f"mean {mean_s:,.0f} s" in text for text in said)
     assert {"east (km)", "time (min)", "horizon: 167 min, farther right"} <= set(said)
     assert sum(text.endswith("% found") for text in said) == 4
+
+
+def test_it_shows_the_airspace(tmp_path: Path) -> None:
+    ring = shapely.box(20000, -40000, 40000, -20000).difference(
+        shapely.Point(3e4, -3e4).buffer(5e3)
+    )
+    closed = PROBLEM.replace(
+        airspace=Airspace(no_fly=ring, fence=shapely.box(-1e5, -1e5, 1e5, 1e5))
+    )
+    for name, problem in (("open", PROBLEM), ("closed", closed)):
+        plan_picture(tmp_path / f"{name}.svg", problem, LEGS, evaluations=evaluated(LEGS))
+    assert "hatched: no-fly; dashed: fence" in texts(tmp_path / "closed.svg")
+    assert not any("no-fly" in text for text in texts(tmp_path / "open.svg"))
+    purple = (tmp_path / "closed.svg").read_text().count(COLOUR)
+    assert purple > 2 * 5  # on the map and beside each moment
+    assert COLOUR not in (tmp_path / "open.svg").read_text()
 
 
 def ordered(

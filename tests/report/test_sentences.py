@@ -41,6 +41,8 @@ def test_the_hint_advises_nothing_that_is_done_already() -> None:
 def test_a_method_that_cannot_be_used_says_why() -> None:
     rows = [MethodRow("greedy"), MethodRow("exact", why_not="60 roads are too many")]
     assert remarks.reasons(rows) == ["exact: 60 roads are too many"]
+    rows += [MethodRow(name, why_not="it has a cycle") for name in ("exhaustive", "breadth-first")]
+    assert remarks.reasons(rows)[1:] == ["exhaustive, breadth-first: it has a cycle"]
 
 
 def test_a_certificate_in_seconds_and_as_probability() -> None:
@@ -90,8 +92,8 @@ def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
     )
     said = remarks.prospects_lines(Prospects(((300.0, 0.25), (600.0, 0.25)), 0.5, ceiling))
     assert said[0] == (
-        "have left the map: 25% by 0:05:00, 25% by 0:10:00, 50% by 0:16:40; "
-        "no flight finds more than 50.0% (each target chased alone)"
+        "fresh targets that have left the map: 25% by 0:05:00, 25% by 0:10:00, 50% by 0:16:40; "
+        "no flight finds more of them than 50.0% (each chased alone)"
     )
     assert "larger net" in said[1]
     assert len(remarks.prospects_lines(Prospects((), 0.1, ceiling))) == 1

@@ -77,6 +77,21 @@ def test_plan(printed: Callable[[object], str]) -> None:
     assert line(text, "planned minus fresh")[1] == "+5 s"
 
 
+def test_in_towns_nothing_is_said_of_goals(printed: Callable[[object], str]) -> None:
+    for on_grid, in_town in (
+        (plan_table(ROW), plan_table(ROW, in_town=True)),
+        (flights_table(FRESH), flights_table(FRESH, in_town=True)),
+        (compare_table([ROW]), compare_table([ROW], in_town=True)),
+    ):
+        assert "goal" in printed(on_grid)
+        assert "goal" not in printed(in_town)
+    assert line(printed(compare_table([ROW], in_town=True)), "greedy")[3:6] == [
+        "90.0 %",
+        "400 s",
+        "7",
+    ]
+
+
 def test_nothing_has_no_sign_that_says_less(printed: Callable[[object], str]) -> None:
     earlier = replace(FRESH, seen_at=FRESH.seen_at - 1e-6)
     text = printed(plan_table(replace(ROW, planned=earlier, evaluated=FRESH)))

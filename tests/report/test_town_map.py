@@ -5,13 +5,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner.arrays import Floats
 from planner.detection.evaluate import evaluate
 from planner.flight.pieces import Piece
+from planner.futures.state_at import State
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import problem_of
+from planner.network.road_network import RoadNetwork
 from planner.report.maps import View
 from planner.report.picture import plan_picture
-from planner.report.town_map import FINDS, _emptiest_corner, finds_of, view_of_search
+from planner.report.town_map import (
+    FINDS,
+    _emptiest_corner,
+    finds_of,
+    view_of_search,
+    view_of_state,
+)
 from planner.search.plan import plan_of_waypoints
 from support.drawn_texts import texts
 from support.search_instances import random_problem
@@ -60,11 +69,29 @@ def test_the_view_leaves_out_what_nobody_flies_to() -> None:
     assert view.contains(np.array([problem.uav.x_m, problem.uav.y_m]))
 
 
+def test_where_they_may_be_is_shown_closely_in_a_town(berlin: OpenScenario) -> None:
+    net = berlin.network
+    whole = View.of(net)
+
+    def seen(places: Floats, network: RoadNetwork = net) -> View:
+        many, nothing = len(places), np.zeros(len(places))
+        somewhere = np.arange(many), np.ones(many), places, np.zeros(many), nothing, nothing
+        return view_of_state(network, State(60.0, *somewhere))
+
+    assert seen(net.shape_xy_m).size_m > 0.9 * whole.size_m
+    near = seen(np.repeat(net.node_xy_m[:1], 3, axis=0))
+    assert near.size_m == pytest.approx(0.2 * whole.size_m)
+    assert near.contains(net.node_xy_m[0])
+    assert seen(np.empty((0, 2))) == whole
+    grid = random_problem(3).network
+    assert seen(grid.node_xy_m[:1], grid) == View.of(grid)
+
+
 def test_a_town_says_what_left_and_what_is_the_most(tmp_path: Path, berlin: OpenScenario) -> None:
     problem = problem_of(berlin, random_problem(3).futures)
     plan = plan_of_waypoints(problem, "x", np.array([[1000.0, 1000.0, 0.0]]))
     found = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     plan_picture(tmp_path / "p.svg", problem, plan, evaluations={"planned": found})
     said = " ".join(texts(tmp_path / "p.svg"))
-    assert "left the map unseen" in said
+    assert "futures that leave the map unseen: " in said
     assert "gone: has left the map, not found" in said

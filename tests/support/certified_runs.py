@@ -52,6 +52,9 @@ def scenario_of(problem: Problem) -> dict[str, Any]:
     objective = (
         {"objective": "time"} if by_s is None else {"objective": "probability", "by_s": by_s}
     )
+    wind = {}
+    if uav.aircraft is not None:
+        wind["wind"] = {"speed_mps": float(np.hypot(*uav.aircraft.law.wind_mps))}
     return {
         "target": {"last_seen_ago_s": 0.0},
         "uav": {
@@ -60,6 +63,7 @@ def scenario_of(problem: Problem) -> dict[str, Any]:
             "start": {"x_m": uav.x_m, "y_m": uav.y_m},
             "take_off_s": uav.take_off_s,
             **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
+            **wind,
         },
         "sensor": {
             "radius_m": problem.sensor.radius_m,

@@ -3,6 +3,7 @@
 import csv
 import random
 import shutil
+import struct
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -204,14 +205,73 @@ def _futures(folder: Path) -> None:
     pyarrow.parquet.write_table(pyarrow.table(beside), folder / "particles.parquet")
 
 
-def _run(folder: Path) -> None:
-    """Plan and certify, in the process itself; there is nothing to see of it."""
+def _planned(folder: Path) -> str:
+    """Plan, in the process itself; there is nothing to see of it."""
     from planner.cli import main
 
     options = ("--set", "search.sampling=iid", "--set", "search.particles=8", "--targets", "5")
     run = str(folder / "run")
     main(["plan", "figure3", "--method", "rate", *options, "--json", "-o", run])
-    main(["certify", run, "--work", "3", "--json"])
+    return run
+
+
+def _run(folder: Path) -> None:
+    """Plan and certify."""
+    from planner.cli import main
+
+    main(["certify", _planned(folder), "--work", "3", "--json"])
+
+
+TRACK = ((50.0, 6.0, 0), (50.0, 6.001, 90), (50.001, 6.002, 160), (50.001, 6.003, 160))
+ON_EARTH = ("export", "run", "--aircraft", "multicopter", "--origin", "50,6", "--check")
+EXPORT = (*ON_EARTH, "--force", "--json", "--autopilot")
+FLOWN = ("fly", "run", "--targets", "5", "--json", "--origin", "50,6", "--takes-off-at", "9")
+
+
+def _tracks(folder: Path) -> None:
+    """Put a flight over the run's net, in each format that is read."""
+    _planned(folder)
+    moments = [f"2026-05-01T12:00:{2 * k:02d}Z" for k in range(len(TRACK))]
+    rows = list(zip(TRACK, moments, strict=True))
+    points = [
+        f'<trkpt lat="{lat}" lon="{lon}"><ele>{height_m}</ele><time>{moment}</time></trkpt>'
+        for (lat, lon, height_m), moment in rows
+    ]
+    text = "\n".join(["<gpx><trk><trkseg>", *points, "</trkseg></trk></gpx>\n"])
+    (folder / "flown.gpx").write_text(text, encoding="utf-8")
+    lines = [f"{moment},{lat},{lon},{height_m}" for (lat, lon, height_m), moment in rows]
+    (folder / "flown.csv").write_text("\n".join(["utc,lat,lon,alt", *lines, ""]), encoding="utf-8")
+    held = [f"{k},{900 * k},{100 * k},{k % 2}" for k in range(4)]
+    text = "\n".join(["time_s,x_m,y_m,hold_s", *held, ""])
+    (folder / "held.csv").write_text(text, encoding="utf-8")
+    steps = [
+        f'<timestep time="{k}"><vehicle id="uav" x="{90 * k}" y="9" lane=""/></timestep>'
+        for k in range(4)
+    ]
+    text = "\n".join(["<fcd-export>", *steps, "</fcd-export>", ""])
+    (folder / "flown.fcd.xml").write_text(text, encoding="utf-8")
+    _tlog(folder / "flown.tlog")
+
+
+def _tlog(path: Path) -> None:
+    from pymavlink.dialects.v20 import ardupilotmega
+
+    link = ardupilotmega.MAVLink(None, srcSystem=1)
+    with path.open("wb") as file:
+        for k, (lat, lon, height_m) in enumerate(TRACK):
+            where = (round(1e7 * lat), round(1e7 * lon), 0, 1000 * height_m)
+            message = link.global_position_int_encode(0, *where, 0, 0, 0, 0)
+            file.write(struct.pack(">Q", 1_777_636_800_000_000 + 2_000_000 * k))
+            file.write(message.pack(link))
+
+
+def _parameters(folder: Path) -> None:
+    """Put a run, and the parameters of a vehicle as two ground stations write them."""
+    _run(folder)
+    text = "# all\nWPNAV_SPEED,1500\nWPNAV_ACCEL 250.0\nRTL_ALT\t10000\nANGLE_MAX,4500\n"
+    (folder / "v.param").write_text(text, encoding="utf-8")
+    text = "# Vehicle-Id\n1\t1\tMPC_XY_CRUISE\t15.0\t9\n1\t1\tRTL_RETURN_ALT\t100\t6\n"
+    (folder / "v.params").write_text(text, encoding="utf-8")
 
 
 RUN = ("run/plan.json", "run/plan.json", "run/run.json", "run/prices.parquet")
@@ -263,6 +323,14 @@ KINDS = (
         (*OWN, "futures.parquet"),
     ),
     Kind("fly", _run, RUN, ("fly", "run", "--targets", "5", "--json")),
+    *(
+        Kind(f"track {name}", _tracks, (name,), (*FLOWN, "--track", name))
+        for name in ("flown.gpx", "flown.csv", "held.csv", "flown.fcd.xml", "flown.tlog")
+    ),
+    *(
+        Kind(f"parameters {pilot}", _parameters, (name,), (*EXPORT, pilot, "--params", name))
+        for pilot, name in (("ardupilot", "v.param"), ("px4", "v.params"))
+    ),
     Kind("certify", _run, RUN, ("certify", "run", "--work", "1", "--force", "--json")),
     Kind("verify", _run, (*RUN[1:], *PROOF, "run/net.json")),
 )

@@ -51,7 +51,7 @@ def changed(rng: random.Random, name: str, content: bytes) -> bytes:
         own = [table] * 8
     elif name.endswith(".json"):
         own = [json_value] * 6
-    elif name.endswith((".xml", ".toml", ".csv")):
+    elif name.endswith((".xml", ".toml", ".csv", ".gpx")):
         own = [attribute, number, line] * 3
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         change = rng.choice([*own, *ANY])

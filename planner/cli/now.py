@@ -1,0 +1,206 @@
+"""`planner now`: a call in words, planned while the clock runs."""
+
+import argparse
+import select
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.cli import call_arguments
+from planner.cli.arguments import add_jobs, path
+from planner.cli.printing import console, print_json
+from planner.cli.progress import progress_lines
+from planner.interrupts import first_interrupt_asks, undone_if_stopped
+
+if TYPE_CHECKING:
+    from planner.mission.call import Call
+    from planner.mission.now_events import Event
+
+SUMMARY = "plan a call in words while the clock runs"
+DETAILS = (
+    call_arguments.DETAILS
+    + """
+
+Shows where the target may be at once, a first plan soon, and better ones as they
+come, until no more are tried. A key, or Ctrl-C, ends with the best. DIR holds the
+best so far: the files of `planner plan`, and scenario.toml, from which `planner
+plan` makes the same plan again. Planning takes time: the drone takes off when the
+plan is there, or when it is ready, whichever is later."""
+)
+EXAMPLES = (
+    ('now berlin --last-seen "Am Studio" --at -2min --drone-at 52.43,13.52', ""),
+    ("now x.osm --last-seen 52.43,13.53 --at 14:05 --drone-at 52.43,13.52", ""),
+)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner now`."""
+    call_arguments.add_call(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR",
+        help="folder for the run (default: runs/call- and the time)",
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+    add_jobs(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plan a call, and hand each plan to those who listen as it comes."""
+    from planner.files import alone_in, results_written_whole
+    from planner.mission.now import events
+    from planner.mission.now_events import FirstPlan, How
+    from planner.mission.run_folder import RUN
+    from planner.scenario.source import FILE
+
+    call = call_arguments.call_of(arguments, datetime.now().astimezone())
+    if arguments.output is None:
+        arguments.output = Path("runs", f"call-{call.called_at:%Y%m%d-%H%M%S}")
+    folder, names = arguments.output, (*RUN, FILE)
+    with ExitStack() as stack:
+        stack.enter_context(alone_in(folder))
+        with results_written_whole(folder, names, force=arguments.force) as new:
+            call_arguments.write_call(call, new / FILE, arguments.net)
+        listeners: list[Callable[[Event], None]] = [
+            _Files(arguments, names),
+            _Summary(call, arguments) if arguments.json else _Shown(call, arguments),
+        ]
+        ask = _Ask(stack)
+
+        def elapsed_s() -> float:
+            return (datetime.now().astimezone() - call.called_at).total_seconds()
+
+        how = How(elapsed_s, ask, arguments.jobs, progress_lines)
+        for event in events(call, folder / FILE, how):
+            if isinstance(event, FirstPlan):
+                ask.listen()
+            for listener in listeners:
+                listener(event)
+    return 0
+
+
+class _Ask:
+    """Tells whether somebody wants the best plan so far, from when there is one."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack, self._ways = stack, list[Callable[[], bool]]()
+
+    def listen(self) -> None:
+        """Take Ctrl-C, or a key, for the wish from now on."""
+        if not self._ways:
+            ways = (first_interrupt_asks(), _key_pressed())
+            self._ways += map(self._stack.enter_context, ways)
+
+    def __call__(self) -> bool:
+        return any(way() for way in self._ways)
+
+
+@contextmanager
+def _key_pressed() -> Iterator[Callable[[], bool]]:
+    """Give a function that tells whether a key was pressed, where there is a terminal."""
+    with suppress(ImportError):
+        import termios
+        import tty
+
+        if sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty():
+            terminal = sys.stdin.fileno()
+            before = termios.tcgetattr(terminal)
+
+            def restore() -> None:
+                termios.tcsetattr(terminal, termios.TCSAFLUSH, before)
+
+            with undone_if_stopped(restore):
+                tty.setcbreak(terminal)
+                try:
+                    yield lambda: bool(select.select([terminal], [], [], 0.0)[0])
+                finally:
+                    restore()
+            return
+    yield bool
+
+
+class _Files:
+    """Writes each plan's files, all of them or none."""
+
+    def __init__(self, arguments: argparse.Namespace, names: tuple[str, ...]) -> None:
+        self._arguments, self._names = arguments, names
+
+    def __call__(self, event: "Event") -> None:
+        from planner.cli.planning import write_event
+        from planner.files import results_written_whole
+        from planner.mission.now_events import FirstPlan
+        from planner.scenario.source import FILE
+
+        if isinstance(event, FirstPlan):
+            folder = self._arguments.output
+            with results_written_whole(folder, self._names, force=True) as new:
+                (new / FILE).write_text(event.call.text(), encoding="utf-8")
+                write_event(new, self._arguments, event)
+
+
+class _Shown:
+    """Prints what comes, each with when that was."""
+
+    def __init__(self, call: "Call", arguments: argparse.Namespace) -> None:
+        self._folder, self._out = arguments.output, console()
+        self._by_s: float | None = None
+        self._say("\n".join(call_arguments.lines_of(call)))
+
+    def _say(self, text: str) -> None:
+        self._out.print(text, soft_wrap=True)
+
+    def __call__(self, event: "Event") -> None:
+        from planner.mission import now_events as now
+        from planner.report import call_screen
+
+        def say(text: str) -> None:
+            self._say(call_screen.beside(call_screen.since(event.elapsed_s), text))
+
+        match event:
+            case now.Cloud():
+                say(call_screen.cloud_line(event))
+            case now.FirstPlan():
+                say(call_screen.plan_line(event))
+                self._screen(call_screen.screen(event))
+            case now.NoBetter():
+                say(call_screen.no_better_line(event))
+            case now.Outlook():
+                say("what the odds depend on")
+                self._screen(call_screen.screen(event.plan, event))
+            case now.Done():
+                ended = "stopped: the best plan so far" if event.stopped else "the best plan"
+                say(f"{ended} takes off {call_screen.take_off(event.plan)}")
+
+    def _screen(self, lines: Iterable[str]) -> None:
+        for line in lines:
+            self._say(f"        {line}")
+        self._say(f"        files: {self._folder}; the same plan: planner plan {self._folder}")
+
+
+class _Summary:
+    """Prints the best plan at the end, for programs."""
+
+    def __init__(self, call: "Call", arguments: argparse.Namespace) -> None:
+        self._call, self._arguments, self._plans = call, arguments, 0
+
+    def __call__(self, event: "Event") -> None:
+        from planner.mission import now_events as now
+        from planner.mission import plan_file
+
+        self._plans += isinstance(event, now.FirstPlan)
+        if isinstance(event, now.Done):
+            summary = {
+                "understood": [*map(list, self._call.understood)],
+                "plans": self._plans,
+                "elapsed_s": event.elapsed_s,
+                "take_off_s": event.plan.take_off_s,
+                "evaluated": plan_file.figures(event.plan.trial.evaluated),
+                "stopped": event.stopped,
+                "directory": str(self._arguments.output),
+            }
+            print_json(summary)

@@ -1,0 +1,36 @@
+"""How far one search is ahead of another on the same targets, with a paired interval."""
+
+from typing import NamedTuple
+
+from planner.detection.evaluation import Evaluation
+from planner.intervals import NORMAL_95, standard_error
+
+
+class Ahead(NamedTuple):
+    """How far one plan is ahead of another, with its 95 % interval."""
+
+    share: float  # of the other one's expected time; or of all targets, for those by a deadline
+    low: float
+    high: float
+
+
+def ahead(one: Evaluation, other: Evaluation) -> Ahead:
+    """Return how far one plan is ahead of another on the same targets.
+
+    With the least expected time as objective that is 1 - E[one] / E[other], whose interval is that
+    of the ratio of two means, linearised about it; with a deadline it is the difference of the
+    probabilities. Each target's two times belong together, so that what makes it hard for both
+    does not widen the interval. Fewer than two draws tell nothing.
+    """
+    by_s, present = one.objective.by_s, float(one.weight.sum())
+    other_s = other.expected_detection_time_s
+    if present <= 0.0 or other_s <= 0.0:
+        return Ahead(0.0, 0.0, 0.0)
+    if by_s is None:
+        share = 1.0 - one.expected_detection_time_s / other_s
+        apart = ((1.0 - share) * other.time_s - one.time_s) / other_s
+    else:
+        share = one.found_by_probability(by_s) - other.found_by_probability(by_s)
+        apart = one.objective.reward(one.seen_at) - other.objective.reward(other.seen_at)
+    half = NORMAL_95 * present * standard_error(apart, one.weight / present)
+    return Ahead(share, share - half, share + half)

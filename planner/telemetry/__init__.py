@@ -1,0 +1,1 @@
+"""What an aircraft tells of its flight: recorded tracks, read and put onto the target's clock."""

@@ -1,0 +1,81 @@
+"""A recorded flight as its file has it: the same columns of each format."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner.arrays import Flags, Floats, Frozen, Ints, freeze
+from planner.errors import InputError
+
+LARGEST = 64 << 20  # bytes of a recording: ten hours at ten points a second, and more
+NUMBERS = ("utc_s", "time_s", "lon_deg", "lat_deg", "x_m", "y_m", "height_m", "hold_s")
+
+
+@dataclass(frozen=True, eq=False)
+class TrackLog(Frozen):
+    """Points in the file's order, K of them; NaN is what a point does not say."""
+
+    path: Path
+    point: str  # what the file calls a point
+    number: Ints  # (K,) by which a point is found in the file, as in "line 7"
+    begins: Flags  # (K,) True: how the aircraft came there is unknown
+    utc_s: Floats  # (K,) seconds since 1970
+    time_s: Floats  # (K,) seconds, on a clock of the file's own
+    lon_deg: Floats  # (K,) WGS 84
+    lat_deg: Floats  # (K,)
+    x_m: Floats  # (K,) in the net's plane
+    y_m: Floats  # (K,)
+    height_m: Floats  # (K,) above whatever the file likes
+    hold_s: Floats  # (K,) for how long it stays there
+    is_sampled: bool = True  # False: waypoints; it flies straight and evenly to each
+
+    def __post_init__(self) -> None:
+        kinds = dict.fromkeys(NUMBERS, np.float64)
+        freeze(self, number=np.int64, begins=np.bool_, **kinds)
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    def at(self, k: int) -> str:
+        """Return how a message begins that is about a point."""
+        return f"{self.path}: {self.point} {self.number[k]}"
+
+
+def log_of(
+    path: Path,
+    point: str,
+    rows: Iterable[Mapping[str, float]],
+    *,
+    is_sampled: bool = True,
+) -> TrackLog:
+    """Return the log of points, each of which has some of the columns by name.
+
+    Parameters
+    ----------
+    rows
+        With ``number`` and ``begins``, and what the point says of `NUMBERS`.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two points.
+    """
+    names = ("number", "begins", *NUMBERS)
+    table = [[row.get(name, np.nan) for name in names] for row in rows]
+    if len(table) < 2:
+        raise InputError(
+            f"{path}: holds {'one point' if table else 'no points'} of a flight; give the file "
+            "that was recorded on it"
+        )
+    number, begins, *numbers = np.array(table, dtype=np.float64).T
+    columns = dict(zip(NUMBERS, numbers, strict=True))
+    return TrackLog(
+        path=path,
+        point=point,
+        number=number.astype(np.int64),
+        begins=begins > 0.0,
+        is_sampled=is_sampled,
+        **columns,
+    )

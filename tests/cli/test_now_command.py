@@ -1,0 +1,92 @@
+"""`planner new` and `planner now`: words in, a scenario or a run out, the same plan again."""
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from planner.cli import now as command
+from planner.mission import now, now_events
+from planner.mission.now_events import Rung
+from support.command_line import TOWN, Commands
+
+WORDS = (TOWN, "--last-seen", "n", "--at", "-1min", "--drone-at", "nw", "--target", "joyride")
+FILES = ["evaluation.parquet", "page.html", "plan.add.xml", "plan.json", "plan.png"]
+FILES += ["run.json", "scenario.toml"]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Commands:
+    monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(12, 400, 16)))
+    monkeypatch.setattr(now, "OTHERS", 4)
+    return Commands(capsys)
+
+
+def test_new_writes_a_scenario_and_echoes_the_words(run: Commands, tmp_path: Path) -> None:
+    file = tmp_path / "call.toml"
+    said = run("new", *WORDS, "--radius-m", "50", "-o", file)
+    assert (said.code, said.err) == (0, "")
+    assert "last seen  node n: x 210 m, y 410 m, within 50 m\n" in said.out
+    assert f"written to {file}" in said.out.replace("\n", " ")
+    assert f"planner plan {file}" in said.out.replace("\n", " ")
+    before = file.read_bytes()
+    refused = run("new", *WORDS, "-o", file)
+    assert refused.code == 2
+    assert "already exists; name another file, or --force" in refused.err
+    assert file.read_bytes() == before
+    assert run("new", *WORDS, "-o", file, "--force", "--json").json["file"] == str(file)
+    assert run("check", file).code == 0
+
+
+@pytest.mark.parametrize("name", ["new", "now"])
+def test_wrong_words_are_told_a_line_each_and_leave_nothing(
+    name: str, run: Commands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["m" if word == "n" else "soon" if word == "-1min" else word for word in WORDS]
+    said = run(name, *words)
+    assert said.code == 2
+    lines = said.err.splitlines()
+    assert [line.split(": ")[2] for line in lines] == ["--last-seen", "--at"]
+    assert all("write" in line or "give" in line for line in lines)
+    said = run(name, *WORDS, "--battery", "1min")
+    assert said.code == 2
+    assert "uav.max_flight_time_s: 60 s leaves no time to search" in said.err
+    assert list(tmp_path.rglob("*")) == []
+
+
+def test_now_leaves_a_run_whose_scenario_gives_the_same_plan(run: Commands, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    said = run("now", *WORDS, "--until", "+9min", "-o", folder, "-j", "1")
+    assert (said.code, said.err) == (0, "")
+    assert max(len(line) for line in said.out.splitlines() if "files: " not in line) <= 79
+    since = re.findall(r"^ *(\d+):(\d\d)  (\S+ \S+)", said.out, re.MULTILINE)
+    begins = [words for _, _, words in since]
+    assert begins[0] == "where it"
+    assert begins[1] == "first plan"
+    assert begins[-2:] == ["what the", "the best"]
+    assert sorted(file.name for file in folder.iterdir()) == FILES
+    again = tmp_path / "again"
+    assert run("plan", folder, "-o", again).code == 0
+    for name in ("plan.json", "evaluation.parquet", "plan.add.xml", "page.html"):
+        assert (again / name).read_bytes() == (folder / name).read_bytes(), name
+    taken = run("now", *WORDS, "-o", folder)
+    assert taken.code == 2
+    assert "already; --force overwrites it, or choose another folder" in taken.err
+
+
+def test_a_key_ends_with_the_best_plan(
+    run: Commands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @contextmanager
+    def pressed() -> Iterator[Callable[[], bool]]:
+        yield lambda: True
+
+    monkeypatch.setattr(command, "_key_pressed", pressed)
+    monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(13, 400, 17)))
+    said = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--json")
+    assert said.json["stopped"]
+    assert said.json["plans"] == 1
+    assert sorted(file.name for file in (tmp_path / "run").iterdir()) == FILES
