@@ -26,6 +26,7 @@ from planner.flight.simplified import Clear, kept_knots
 from planner.futures.futures import Futures
 from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork
+from planner.progress import Progress, silent
 
 TURN_S = 2.0  # at rest between two straights, to turn to the next one
 OFF_M = 5.0  # by which a street may be off the line that stands for it
@@ -81,7 +82,14 @@ class Pilot:
         return -figure if judge.objective.by_s is None else figure
 
 
-def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetwork) -> Way:
+def by_hand(
+    line: Line,
+    legs: int,
+    pilot: Pilot,
+    judge: Judge,
+    network: RoadNetwork,
+    progress: Progress = silent,
+) -> Way:
     """Return a plan flown by hand in so many legs at most, straight ones and the way home too.
 
     Raises
@@ -96,7 +104,7 @@ def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetw
         return pilot.worth(way, legs, judge)
 
     alone = np.array([worth([k]) for k in range(len(along))])
-    chosen = chosen_legs(np.argsort(-alone, kind="stable").tolist(), legs, worth)
+    chosen = chosen_legs(np.argsort(-alone, kind="stable").tolist(), legs, worth, progress)
     if not chosen:
         raise InputError(
             f"--by-hand {legs}: no street with a name near the plan can be flown along and home; "
@@ -105,7 +113,9 @@ def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetw
     return pilot.way(line.xy_m[0], [along[k] for k in chosen])
 
 
-def chosen_legs(numbers: Sequence[int], many: int, worth: Worth) -> list[int]:
+def chosen_legs(
+    numbers: Sequence[int], many: int, worth: Worth, progress: Progress = silent
+) -> list[int]:
     """Return some of the numbers in some order, so many at most, that are worth much together.
 
     One after the other is put in that adds most, before, between or after those that are there;
@@ -118,12 +128,14 @@ def chosen_legs(numbers: Sequence[int], many: int, worth: Worth) -> list[int]:
         Those first that are worth most alone: of the others none is put in but in the place of one.
     """
     chosen, best, first = list[int](), -inf, numbers[:MOST_STRETCHES]
-    for _ in range(min(many, len(numbers))):
+    for legs in range(min(many, len(numbers))):
+        progress(legs, many + SWEEPS)
         value, with_one = _best(_with_one_more(chosen, first), worth)
         if value <= best:
             break
         best, chosen = value, with_one
-    for _ in range(SWEEPS):
+    for sweep in range(SWEEPS):
+        progress(many + sweep, many + SWEEPS)
         before = best
         for at in range(len(chosen)):
             others = [[*chosen[:at], number, *chosen[at + 1 :]] for number in numbers]

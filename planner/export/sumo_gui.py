@@ -19,6 +19,7 @@ SCHEMA = "http://sumo.dlr.de/xsd/additional_file.xsd"
 INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"
 ROAD_COLOUR = "213,94,0"
 WAY_COLOUR = "0,114,178"
+AREA_COLOUR = "142,42,142"
 ARROW = 3.0  # widths of its line that an arrow is long, to each side of its middle
 LOOK = {
     "background": {"backgroundColor": "white", "showGrid": "0"},
@@ -35,7 +36,6 @@ NUMBERED = {
     "poiName_show": "0",
 }
 PLAIN = {"poi_minSize": "0", "poi_constantSize": "0", "poiType_show": "0", "poiName_show": "0"}
-AREA_COLOUR = "142,42,142"
 ABOVE_THE_ROADS = 100.0  # sumo-gui's layers: roads 0, vehicles 200
 
 
