@@ -92,17 +92,17 @@ def _opened(scene: Scene, step_s: float) -> Iterator[Any]:
         ]
         gui, running = _connected(command)
 
-        def close() -> None:
-            with suppress(Exception):
-                gui.close(wait=False)
+        def end() -> None:
             running.kill()
             running.wait()
 
-        with undone_if_stopped(close):
+        with undone_if_stopped(end):
             try:
                 yield gui
             finally:
-                close()
+                with suppress(Exception):
+                    gui.close(wait=False)
+                end()
 
 
 def _connected(command: list[str]) -> tuple[Any, subprocess.Popen[bytes]]:

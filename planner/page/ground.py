@@ -1,6 +1,5 @@
 """What lies under a flight, as a page shows it: roads, names of streets, areas, and which part."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -10,7 +9,6 @@ from planner.arrays import Floats
 from planner.flight.airspace import Airspace
 from planner.flight.pieces import along
 from planner.flight.plan import Plan
-from planner.flight.ways import Area
 from planner.futures.knots import Knots
 from planner.messages import plain
 from planner.network.road_network import RoadNetwork
@@ -69,18 +67,10 @@ def _middle(line_m: Floats) -> list[float]:
 
 def areas_content(airspace: Airspace | None) -> dict[str, list[list[list[float]]]]:
     """Return the outlines of areas, each a list of [x, y] in metres, by what they are."""
-    if airspace is None:
-        return {}
-    areas = {"no_fly": airspace.no_fly, "fence": airspace.fence, "within": airspace.within}
-    return {key: list(_rings(area)) for key, area in areas.items() if area is not None}
-
-
-def _rings(area: Area) -> Iterator[list[list[float]]]:
-    import shapely
-
-    for polygon in shapely.get_parts(area):
-        for ring in (polygon.exterior, *polygon.interiors):
-            yield np.round(shapely.get_coordinates(ring), 1).tolist()
+    found: dict[str, list[list[list[float]]]] = {}
+    for key, rings in () if airspace is None else airspace.outlines():
+        found.setdefault(key, []).extend(np.round(ring, 1).tolist() for ring in rings)
+    return found
 
 
 def view_of(network: RoadNetwork, plan: Plan, knots: Knots) -> Box:

@@ -8,10 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import shapely
 
 from page.test_page import EVIL
 from planner.cli.call_arguments import add_call, call_of
 from planner.clock import moment
+from planner.flight.airspace import Airspace
 from planner.mission.opening import OpenScenario
 from planner.page.page import page
 from planner.page.shown import Shown
@@ -50,7 +52,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def run(berlin: OpenScenario) -> Shown:
-    return shown(called(berlin), 200)
+    areas = Airspace(no_fly=shapely.box(900, 300, 1100, 500), fence=shapely.box(0, 0, 3000, 2000))
+    return shown(replace(called(berlin), airspace=areas), 200)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +73,8 @@ def test_it_shows_without_complaint(
     assert browser.complaints() == []
     assert browser.script("return document.documentElement.scrollWidth") == WIDTHS[kind]
     drone, target = ("255,140,59", "98,188,236") if dark else ("200,82,0", "0,114,178")
-    assert {drone, target} <= set(browser.script(COLOURS))
+    area = "255,138,128" if dark else "179,38,30"
+    assert {drone, target, area} <= set(browser.script(COLOURS))
     browser.picture(PICTURES / f"{kind}-{'dark' if dark else 'light'}.png")
     browser.press("End")
     assert browser.text("#found") == odds(run.evaluated.detection_probability)
