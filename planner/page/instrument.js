@@ -1,0 +1,72 @@
+// The form of the served page: asks its own server for a plan, and shows what comes of it.
+const state = JSON.parse(document.getElementById("asked").textContent);
+const $ = (id) => document.getElementById(id);
+const form = $("ask"), fields = form.elements;
+$("panel").prepend(form);
+for (const [name, value] of Object.entries(state.said)) fields[name].value = value;
+
+document.addEventListener("pin", ({ detail }) => {
+  fields[fields.tap.value].value = detail.place;
+  if (fields.tap.value === "last_seen") fields.heading.value = detail.heading;
+});
+async function post(path, content) {
+  try {
+    const answer = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(content) });
+    if (!answer.ok) $("told").textContent = await answer.text();
+  } catch {
+    $("told").textContent = "no answer: the server has ended, or is out of reach";
+  }
+}
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  const said = Object.fromEntries(new FormData(form));
+  delete said.tap;
+  post("/call", said);
+});
+$("stop").addEventListener("click", () => post("/stop", {}));
+
+function running(on) {
+  $("plan").disabled = on;
+  $("stop").disabled = !on;
+  if (!on) $("far").hidden = true;
+}
+function line(text) {
+  const item = document.createElement("li");
+  item.textContent = text;
+  $("log").append(item);
+}
+const told = {
+  call(event) {
+    $("log").replaceChildren();
+    $("screen").hidden = $("files").hidden = true;
+    running(true);
+    $("told").textContent = "planning";
+  },
+  understood: (event) => event.said.forEach(([name, meant]) => line(name + ": " + meant)),
+  progress(event) {
+    $("far").hidden = false;
+    $("far").max = event.total;
+    $("far").value = event.done;
+    $("told").textContent = event.title + ": " + event.done + " of " + event.total;
+  },
+  plan(event) {
+    $("files").hidden = false;
+    if (event.plans > state.plans) location.reload();
+  },
+  ended: () => running(false),
+};
+const stream = new EventSource("/events");
+stream.onmessage = ({ data }) => {
+  const event = JSON.parse(data);
+  if (told[event.event]) told[event.event](event);
+  if (event.text) {
+    $("told").textContent = event.text;
+    if (event.event !== "ended") line(event.text);
+  }
+  if (event.screen && event.screen.length) {
+    $("screen").hidden = false;
+    $("screen").textContent = event.screen.join("\n");
+  }
+};
+stream.onerror = () => ($("told").textContent = "no word from the server; trying again");
+running(false);
