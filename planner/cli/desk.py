@@ -5,6 +5,7 @@ its files are whole whenever it ends, compiled code in it keeps nobody waiting, 
 given back. What it says is kept, so that whoever comes later hears all of the call.
 """
 
+import logging
 import os
 import signal
 import subprocess
@@ -22,6 +23,8 @@ from planner.guard import parsed_json
 from planner.messages import as_line, as_written, suggestion
 from planner.mission.run_folder import PAGE, PLAN
 from planner.scenario.profiles import shipped_profiles
+
+log = logging.getLogger(__name__)
 
 Event = dict[str, Any]
 
@@ -177,8 +180,9 @@ class Desk:
         with self._changed:
             self._process = None
             text = self._how_it_ended(code, [as_line(line) for line in said if line])
-            if text and plans:
-                text += f"; the last plan stands, in {folder}"
+            if text:
+                text += f"; the last plan stands, in {folder}" if plans else ""
+                log.warning("%s", text)
             self._say({"event": "ended", "code": code, "text": text})
 
     def _heard(self, event: Event, folder: Path) -> bool:

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from planner.cli.arguments import add_jobs, count, path
-from planner.cli.printing import console
+from planner.cli.printing import console, print_json
 
 SUMMARY = "serve the page as an instrument: tap the map, plan, take the files"
 DETAILS = """\
@@ -90,9 +90,12 @@ def run(arguments: argparse.Namespace) -> int:
     out = console()
 
     def link(address: str) -> None:
-        out.print(f"open {address}", soft_wrap=True)
+        if arguments.json:
+            print_json({"link": address})
+        else:
+            out.print(f"open {address}", soft_wrap=True)
 
-    if arguments.bind != HOME:
+    if arguments.bind != HOME and not arguments.json:
         out.print(OPEN_TO_ALL)
     try:
         server = Server((arguments.bind, arguments.port), desk, blank, link)
@@ -103,7 +106,8 @@ def run(arguments: argparse.Namespace) -> int:
             "--port, or another address of this computer"
         ) from error
     with server, closing(desk):
-        out.print("Ctrl-C ends it")
+        if not arguments.json:
+            out.print("Ctrl-C ends it")
         server.serve_forever()
     return 0
 

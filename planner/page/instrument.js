@@ -4,6 +4,8 @@ const $ = (id) => document.getElementById(id);
 const form = $("ask"), fields = form.elements;
 $("panel").prepend(form);
 for (const [name, value] of Object.entries(state.said)) fields[name].value = value;
+$("files").hidden = !state.plans;
+const tell = (text) => $("told").textContent === text || ($("told").textContent = text);
 
 document.addEventListener("pin", ({ detail }) => {
   fields[fields.tap.value].value = detail.place;
@@ -12,9 +14,9 @@ document.addEventListener("pin", ({ detail }) => {
 async function post(path, content) {
   try {
     const answer = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(content) });
-    if (!answer.ok) $("told").textContent = await answer.text();
+    if (!answer.ok) tell(await answer.text());
   } catch {
-    $("told").textContent = "no answer: the server has ended, or is out of reach";
+    tell("no answer: the server has ended, or is out of reach");
   }
 }
 form.addEventListener("submit", (event) => {
@@ -38,21 +40,18 @@ function line(text) {
 const told = {
   call(event) {
     $("log").replaceChildren();
-    $("screen").hidden = $("files").hidden = true;
+    $("screen").hidden = true;
     running(true);
-    $("told").textContent = "planning";
+    tell("planning");
   },
   understood: (event) => event.said.forEach(([name, meant]) => line(name + ": " + meant)),
   progress(event) {
     $("far").hidden = false;
     $("far").max = event.total;
     $("far").value = event.done;
-    $("told").textContent = event.title + ": " + event.done + " of " + event.total;
+    tell("SUMO drives " + event.title);
   },
-  plan(event) {
-    $("files").hidden = false;
-    if (event.plans > state.plans) location.reload();
-  },
+  plan: (event) => event.plans > state.plans && location.reload(),
   ended: () => running(false),
 };
 const stream = new EventSource("/events");
@@ -60,7 +59,7 @@ stream.onmessage = ({ data }) => {
   const event = JSON.parse(data);
   if (told[event.event]) told[event.event](event);
   if (event.text) {
-    $("told").textContent = event.text;
+    tell(event.text);
     if (event.event !== "ended") line(event.text);
   }
   if (event.screen && event.screen.length) {
@@ -68,5 +67,5 @@ stream.onmessage = ({ data }) => {
     $("screen").textContent = event.screen.join("\n");
   }
 };
-stream.onerror = () => ($("told").textContent = "no word from the server; trying again");
+stream.onerror = () => tell("no word from the server; trying again");
 running(false);

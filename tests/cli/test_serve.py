@@ -2,10 +2,14 @@
 
 import json
 import re
+import signal
 import socket
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
+from subprocess import PIPE
 from typing import Any
 
 import pytest
@@ -16,7 +20,7 @@ from planner.errors import InputError
 from planner.mission.call import net_of
 from planner.page.serving import page_of_net
 from support import fake_planner
-from support.command_line import TOWN
+from support.command_line import TOWN, Commands
 from support.serving import served
 
 WORDS = {"last_seen": "n", "at": "-1min", "drone_at": "nw", "target": "joyride", "heading": ""}
@@ -237,6 +241,34 @@ def test_a_planner_that_is_killed_leaves_its_plan(client: Client, tmp_path: Path
     assert [event["event"] for event in told] == ["call", "ended"]
     assert told[-1]["text"] == r"a.net.xml: --last-seen: there is no street\x1b[2J of that name"
     assert json.loads(client.ask("/plan.json")[1])[3:5] == ["--last-seen=n", "--at=dies"]
+
+
+def test_the_command_serves_until_ctrl_c(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "planner", "serve", TOWN, "-o", str(tmp_path / "runs")]
+    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
+        assert process.stdout is not None
+        link = process.stdout.readline().split()[-1]
+        host, _, path = link.removeprefix("http://").partition("/")
+        connection = HTTPConnection(host, timeout=PATIENCE_S)
+        connection.request("GET", f"/{path}")
+        assert connection.getresponse().status == 303
+        connection.close()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, err) == (130, "planner: stopped; nothing is half-written\n")
+    assert len(re.findall("open http", out)) == 1  # the next link
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_it_listens(capsys: pytest.CaptureFixture[str], server: Server) -> None:
+    run = Commands(capsys)
+    taken = run("serve", TOWN, "--port", server.port)
+    assert taken.code == 2
+    assert f"127.0.0.1:{server.port}: cannot listen there" in taken.err
+    assert run("serve", TOWN, "--port", 70_000).code == 2
+    assert "not all of them" in run("serve", TOWN, "--bind", "0.0.0.0").err
+    assert "an address such as 127.0.0.1" in run("serve", TOWN, "--bind", "evil.example").err
+    assert run("serve", "nowhere.net.xml").code == 2
 
 
 def _block(page: str, name: str) -> str:
