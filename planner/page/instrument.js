@@ -4,10 +4,11 @@ const $ = (id) => document.getElementById(id);
 const form = $("ask"), fields = form.elements;
 $("panel").prepend(form);
 for (const [name, value] of Object.entries(state.said)) fields[name].value = value;
-$("files").hidden = !state.plans;
+$("words").open = $("heard").open = $("files").hidden = !state.plans;
 const tell = (text) => $("told").textContent === text || ($("told").textContent = text);
 
 document.addEventListener("pin", ({ detail }) => {
+  $("words").open = true;
   fields[fields.tap.value].value = detail.place;
   if (fields.tap.value === "last_seen") fields.heading.value = detail.heading;
 });
@@ -29,13 +30,14 @@ $("stop").addEventListener("click", () => post("/stop", {}));
 
 function running(on) {
   $("plan").disabled = on;
-  $("stop").disabled = !on;
+  $("stop").hidden = !on;
   if (!on) $("far").hidden = true;
 }
 function line(text) {
   const item = document.createElement("li");
   item.textContent = text;
   $("log").append(item);
+  $("heard").hidden = false;
 }
 const told = {
   call(event) {
@@ -52,7 +54,10 @@ const told = {
     tell("SUMO drives " + event.title);
   },
   plan: (event) => event.plans > state.plans && location.reload(),
-  ended: () => running(false),
+  ended(event) {
+    running(false);
+    if (event.code) $("words").open = true;
+  },
 };
 const stream = new EventSource("/events");
 stream.onmessage = ({ data }) => {
@@ -64,7 +69,7 @@ stream.onmessage = ({ data }) => {
   }
   if (event.screen && event.screen.length) {
     $("screen").hidden = false;
-    $("screen").textContent = event.screen.join("\n");
+    $("screen").textContent = event.screen.join("\n").replace(/\n {2,}/g, " ");
   }
 };
 stream.onerror = () => tell("no word from the server; trying again");

@@ -50,9 +50,9 @@ def test_a_call_by_tapping(browser: Browser, tmp_path: Path) -> None:
         browser.until("document.getElementById('new') && !document.getElementById('files').hidden")
         assert browser.text("#screen") == "found by 14:20: 23 %"
         assert browser.script(FIELD, "heading") == "90"
-        browser.until("!document.getElementById('stop').disabled")
+        browser.until("!document.getElementById('stop').hidden")
         browser.script(CLICK, "#stop")
-        browser.until("document.getElementById('stop').disabled")
+        browser.until("document.getElementById('stop').hidden")
         assert browser.text("#told") == "the best plan takes off 14:07"
         browser.script(SAY, "at", "faults")
         browser.script(CLICK, "#plan")
@@ -66,8 +66,7 @@ def test_a_call_in_a_town(browser: Browser, tmp_path: Path) -> None:
     """The program itself plans here, to the end: minutes."""
     links = list[str]()
     blank = page_of_net(net_of("berlin")[1], "Berlin")
-    desk = Desk("berlin", tmp_path)
-    with served(desk, blank, links):
+    with served(Desk("berlin", tmp_path), blank, links) as server:
         browser.look(links[-1], wide=1280, high=800)
         browser.tap(400, 400)
         browser.drag((400, 400), (460, 360))
@@ -77,11 +76,15 @@ def test_a_call_in_a_town(browser: Browser, tmp_path: Path) -> None:
         browser.until("document.querySelector('.legs tbody tr')", within_s=1200)
         browser.picture(PICTURES / "served-plan.png")
         browser.script(CLICK, "#stop")
-        browser.until("document.getElementById('stop').disabled", within_s=600)
+        browser.until("document.getElementById('stop').hidden", within_s=600)
         assert "takes off" in browser.text("#told")
         browser.press("End")
         assert browser.text("#found") in browser.text("#odds")
         fetched = "return fetch('/flight.plan').then((answer) => answer.text())"
         assert '"fileType": "Plan"' in browser.script(fetched)
         browser.picture(PICTURES / "served-done.png")
+        browser.look(f"http://127.0.0.1:{server.port}/", wide=390, high=800)
+        browser.until("!document.getElementById('files').hidden")
+        assert browser.script("return document.documentElement.scrollWidth") == 390
+        browser.picture(PICTURES / "served-done-390.png")
         assert browser.complaints() == []
