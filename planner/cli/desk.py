@@ -199,7 +199,7 @@ class Desk:
         """Return what is worth telling of an end; "" if all has been told."""
         if code == 0:
             return ""
-        if self._stops:
+        if self._stops or self.is_closed:
             return "stopped"
         if code < 0:
             return f"the planner was killed (signal {-code}); plan again"

@@ -20,7 +20,7 @@ from planner.progress import Progress
 
 if TYPE_CHECKING:
     from planner.mission.call import Call
-    from planner.mission.now import Event
+    from planner.mission.now_events import Event
 
 SUMMARY = "plan a call in words while the clock runs"
 DETAILS = (
@@ -62,7 +62,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Plan a call, and hand each plan to those who listen as it comes."""
     from planner.files import alone_in, results_written_whole
-    from planner.mission.now import FirstPlan, How, events
+    from planner.mission.now import events
+    from planner.mission.now_events import FirstPlan, How
     from planner.mission.run_folder import RUN
     from planner.scenario.source import FILE
 
@@ -149,7 +150,7 @@ class _Files:
     def __call__(self, event: "Event") -> None:
         from planner.cli.planning import write_event
         from planner.files import results_written_whole
-        from planner.mission.now import FirstPlan
+        from planner.mission.now_events import FirstPlan
         from planner.scenario.source import FILE
 
         if isinstance(event, FirstPlan):
@@ -189,7 +190,7 @@ def _said(event: "Event") -> tuple[str, list[str]]:
 
     The line may be longer than a terminal is wide.
     """
-    from planner.mission import now
+    from planner.mission import now_events as now
     from planner.report import call_screen
 
     match event:
@@ -214,7 +215,7 @@ class _Told:
         _tell(event="understood", said=understood, directory=str(arguments.output))
 
     def __call__(self, event: "Event") -> None:
-        from planner.mission import now
+        from planner.mission import now_events as now
 
         text, screen = _said(event)
         kinds = {now.Cloud: "cloud", now.NoBetter: "no-better", now.Outlook: "outlook"}
@@ -247,7 +248,8 @@ class _Summary:
         self._call, self._arguments, self._plans = call, arguments, 0
 
     def __call__(self, event: "Event") -> None:
-        from planner.mission import now, plan_file
+        from planner.mission import now_events as now
+        from planner.mission import plan_file
 
         self._plans += isinstance(event, now.FirstPlan)
         if isinstance(event, now.Done):

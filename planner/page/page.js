@@ -101,8 +101,8 @@ function call(x, y, to) {
   pin = [x, y, to];
   const heading = to === undefined ? "" : String(Math.round(to + 360) % 360);
   $("commands").replaceChildren();
-  $("place").textContent = D.earth ? degrees(x, y).replace(",", ", ") : `x ${x.toFixed(0)} m, y ${y.toFixed(0)} m`;
-  const place = D.earth ? degrees(x, y) : x.toFixed(1) + "," + y.toFixed(1);
+  const place = words(x, y);
+  $("place").textContent = place.replace(",", ", ") + (D.earth ? "" : " m");
   document.dispatchEvent(new CustomEvent("pin", { detail: { place, heading } }));
   $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? This plans anew:" : "";
   if (D.call) {

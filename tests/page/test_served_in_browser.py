@@ -47,7 +47,10 @@ def test_a_call_by_tapping(browser: Browser, tmp_path: Path) -> None:
         assert browser.script(FIELD, "last_seen") == seen != browser.script(FIELD, "drone_at")
         browser.script(SAY, "at", "waits")
         browser.script(CLICK, "#plan")
-        browser.until("document.getElementById('new') && !document.getElementById('files').hidden")
+        browser.until(
+            "document.getElementById('new') && document.querySelector('#screen').innerText"
+        )
+        assert not browser.script("return document.getElementById('files').hidden")
         assert browser.text("#screen") == "found by 14:20: 23 %"
         assert browser.script(FIELD, "heading") == "90"
         browser.until("!document.getElementById('stop').hidden")
