@@ -29,6 +29,7 @@ from planner.scenario.profiles import shipped_profiles
 log = logging.getLogger(__name__)
 
 MOST_BYTES = 64_000  # of a body
+LONGEST_LENGTH = 9  # digits that say how long it is; Python takes no more than some thousands
 SLOW_S = 20.0  # that a client may take to send what it asks
 ALIVE_S = 15.0  # between two signs of life to who listens
 PLAIN, HTML, STREAM = (f"text/{kind}; charset=utf-8" for kind in ("plain", "html", "event-stream"))
@@ -177,25 +178,30 @@ class _Handler(BaseHTTPRequestHandler):
     def _post(self, path: str) -> None:
         if path not in ("/call", "/stop"):
             raise _RefusedError(HTTPStatus.NOT_FOUND, "there is nothing of that name")
-        content, desk = self._body(), self.server.desk
-        if path == "/stop":
-            if not desk.stop():
-                raise _RefusedError(HTTPStatus.CONFLICT, "nothing is being planned")
-        else:
-            try:
-                desk.begin(words_of(content))
-            except InputError as error:
-                raise _RefusedError(HTTPStatus.BAD_REQUEST, str(error)) from error
-            except BusyError as error:
-                raise _RefusedError(HTTPStatus.CONFLICT, str(error)) from error
+        content = self._body()
+        if path == "/call":
+            self._begin(content)
+        elif not self.server.desk.stop():
+            raise _RefusedError(HTTPStatus.CONFLICT, "nothing is being planned")
         self._send("", status=HTTPStatus.ACCEPTED)
+
+    def _begin(self, content: Any) -> None:
+        try:
+            self.server.desk.begin(words_of(content))
+        except InputError as error:
+            raise _RefusedError(HTTPStatus.BAD_REQUEST, str(error)) from error
+        except BusyError as error:
+            raise _RefusedError(HTTPStatus.CONFLICT, str(error)) from error
+        except OSError as error:  # no memory, no disk
+            reason = f"planning cannot begin ({error.strerror}); make room"
+            raise _RefusedError(HTTPStatus.INSUFFICIENT_STORAGE, reason) from error
 
     def _body(self) -> Any:
         """Return what was sent, as JSON."""
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdigit()):
             raise _RefusedError(HTTPStatus.LENGTH_REQUIRED, "the length of the body is missing")
-        if int(length[:9]) > MOST_BYTES:
+        if len(length) > LONGEST_LENGTH or int(length) > MOST_BYTES:
             raise _RefusedError(
                 HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body has at most {MOST_BYTES} bytes"
             )

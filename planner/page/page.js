@@ -104,7 +104,7 @@ function call(x, y, to) {
   const place = words(x, y);
   $("place").textContent = place.replace(",", ", ") + (D.earth ? "" : " m");
   document.dispatchEvent(new CustomEvent("pin", { detail: { place, heading } }));
-  $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? This plans anew:" : "";
+  $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? Drag from here which way it drove. This plans anew:" : "";
   if (D.call) {
     const here = new Date(), at = D.clock ? moment(now).slice(0, 19) + zone() : pad(here.getHours()) + ":" + pad(here.getMinutes());
     const { sh, PowerShell } = D.call, both = sh === PowerShell;
