@@ -76,11 +76,13 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.desk import Desk
     from planner.cli.serving import Server
     from planner.errors import OutputError
+    from planner.mission.areas import airspace_over
     from planner.mission.call import net_of
     from planner.page.serving import page_of_net
 
-    _, network = net_of(arguments.net)
-    blank = page_of_net(network, f"Plan a search: {Path(arguments.net).name}")
+    tables, network = net_of(arguments.net)
+    airspace = airspace_over(arguments.net, tables, network)
+    blank = page_of_net(network, f"Plan a search: {Path(arguments.net).name}", airspace)
     options = [] if arguments.aircraft is None else [f"--aircraft={arguments.aircraft}"]
     options += [] if arguments.jobs is None else [f"--jobs={arguments.jobs}"]
     desk = Desk(arguments.net, arguments.output, options)

@@ -7,6 +7,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.evaluation import Evaluation
+from planner.flight.airspace import Airspace
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.knots import Knots
@@ -86,7 +87,7 @@ def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
     }
 
 
-def net_content(network: RoadNetwork) -> dict[str, Any]:
+def net_content(network: RoadNetwork, airspace: Airspace | None) -> dict[str, Any]:
     """Return a net on which nothing is planned yet as plain data, as `page_content` has a run."""
     low_m, high_m = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
     view, frame = with_room(low_m, high_m), Frame.around(network.shape_xy_m, 1.0)
@@ -97,7 +98,7 @@ def net_content(network: RoadNetwork) -> dict[str, Any]:
         "end_s": 1.0,
         "soon_s": 1.0,
         "radius_m": 0.0,
-        **under_content(network, None, roads_once(network, frame), frame, view),
+        **under_content(network, airspace, roads_once(network, frame), frame, view),
         "uavs": [],
         "targets": NOWHERE,
         "curves": [[0.0, 0.0]] * 2,

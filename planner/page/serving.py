@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from planner.flight.airspace import Airspace
 from planner.network.road_network import RoadNetwork
 from planner.page.content import net_content
 from planner.page.document import HERE, document, filled, instrument, markup
@@ -10,10 +11,10 @@ from planner.page.document import HERE, document, filled, instrument, markup
 PARTS = ("ABOUT", "SOON", "ODDS", "STILL", "METHODS", "LEGS", "NOTES")
 
 
-def page_of_net(network: RoadNetwork, title: str) -> str:
-    """Return a page of a net alone."""
+def page_of_net(network: RoadNetwork, title: str, airspace: Airspace | None = None) -> str:
+    """Return a page of a net alone, and of where the drone may be."""
     parts = dict.fromkeys(PARTS, "") | {"CREDIT": markup(network.attribution)}
-    return document(title=title, data=net_content(network), parts=parts)
+    return document(title=title, data=net_content(network, airspace), parts=parts)
 
 
 def served(

@@ -17,6 +17,7 @@ import pytest
 from planner.cli.desk import FILES, Desk, words_of
 from planner.cli.serving import MOST_BYTES, Server
 from planner.errors import InputError
+from planner.mission.areas import airspace_over
 from planner.mission.call import net_of
 from planner.page.serving import page_of_net
 from support import fake_planner
@@ -271,6 +272,19 @@ def test_where_it_listens(capsys: pytest.CaptureFixture[str], server: Server) ->
     assert "not all of them" in run("serve", TOWN, "--bind", "0.0.0.0").err
     assert "an address such as 127.0.0.1" in run("serve", TOWN, "--bind", "evil.example").err
     assert run("serve", "nowhere.net.xml").code == 2
+
+
+def test_the_net_alone_shows_where_the_drone_may_be() -> None:
+    tables, network = net_of(TOWN)
+    assert airspace_over(TOWN, tables, network) is None
+    square = [[0.0, 0.0], [50.0, 0.0], [50.0, 50.0], [0.0, 50.0]]
+    said = {**tables, "airspace": {"no_fly": square}}
+    page = page_of_net(network, "", airspace_over(TOWN, said, network))
+    (ring,) = json.loads(_block(page, "data"))["areas"]["no_fly"]
+    assert sorted(ring[:-1]) == sorted(square)
+    for wrong in ({"no_fly": "nowhere.geojson"}, {"no_fly": 3}):
+        with pytest.raises(InputError, match="airspace"):
+            airspace_over(TOWN, {**tables, "airspace": wrong}, network)
 
 
 def _block(page: str, name: str) -> str:
