@@ -1,19 +1,22 @@
 """`planner now`: a call in words, planned while the clock runs."""
 
 import argparse
+import json
 import select
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.cli import call_arguments
 from planner.cli.arguments import add_jobs, path
 from planner.cli.printing import console, print_json
 from planner.cli.progress import progress_lines
 from planner.interrupts import first_interrupt_asks, undone_if_stopped
+from planner.progress import Progress
 
 if TYPE_CHECKING:
     from planner.mission.call import Call
@@ -34,6 +37,7 @@ EXAMPLES = (
     ('now berlin --last-seen "Am Studio" --at -2min --drone-at 52.43,13.52', ""),
     ("now x.osm --last-seen 52.43,13.53 --at 14:05 --drone-at 52.43,13.52", ""),
 )
+EVERY_S = 0.5  # between two lines of progress for a program
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +51,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="folder for the run (default: runs/call- and the time)",
     )
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+    parser.add_argument(
+        "--events",
+        action="store_true",
+        help="print all that comes as it comes, each a line of JSON, for programs",
+    )
     add_jobs(parser)
 
 
@@ -68,20 +77,28 @@ def run(arguments: argparse.Namespace) -> int:
             call_arguments.write_call(call, new / FILE, arguments.net)
         listeners: list[Callable[[Event], None]] = [
             _Files(arguments, names),
-            _Summary(call, arguments) if arguments.json else _Shown(call, arguments),
+            _teller(call, arguments),
         ]
         ask = _Ask(stack)
 
         def elapsed_s() -> float:
             return (datetime.now().astimezone() - call.called_at).total_seconds()
 
-        how = How(elapsed_s, ask, arguments.jobs, progress_lines)
+        progress = _progress_told if arguments.events else progress_lines
+        how = How(elapsed_s, ask, arguments.jobs, progress)
         for event in events(call, folder / FILE, how):
             if isinstance(event, FirstPlan):
                 ask.listen()
             for listener in listeners:
                 listener(event)
     return 0
+
+
+def _teller(call: "Call", arguments: argparse.Namespace) -> "Callable[[Event], None]":
+    """Return who tells of what comes: to a person, to a program, or to one at the end."""
+    if arguments.events:
+        return _Told(call, arguments)
+    return _Summary(call, arguments) if arguments.json else _Shown(call, arguments)
 
 
 class _Ask:
@@ -155,31 +172,73 @@ class _Shown:
         self._out.print(text, soft_wrap=True)
 
     def __call__(self, event: "Event") -> None:
-        from planner.mission import now_events as now
         from planner.report import call_screen
 
-        def say(text: str) -> None:
-            self._say(call_screen.beside(call_screen.since(event.elapsed_s), text))
-
-        match event:
-            case now.Cloud():
-                say(call_screen.cloud_line(event))
-            case now.FirstPlan():
-                say(call_screen.plan_line(event))
-                self._screen(call_screen.screen(event))
-            case now.NoBetter():
-                say(call_screen.no_better_line(event))
-            case now.Outlook():
-                say("what the odds depend on")
-                self._screen(call_screen.screen(event.plan, event))
-            case now.Done():
-                ended = "stopped: the best plan so far" if event.stopped else "the best plan"
-                say(f"{ended} takes off {call_screen.take_off(event.plan)}")
+        text, screen = _said(event)
+        self._say(call_screen.beside(call_screen.since(event.elapsed_s), text))
+        if screen:
+            self._screen(screen)
 
     def _screen(self, lines: Iterable[str]) -> None:
         for line in lines:
             self._say(f"        {line}")
         self._say(f"        files: {self._folder}; the same plan: planner plan {self._folder}")
+
+
+def _said(event: "Event") -> tuple[str, list[str]]:
+    """Return what there is to say of an event: one line, and a screen below it, where it has one.
+
+    The line may be longer than a terminal is wide.
+    """
+    from planner.mission import now_events as now
+    from planner.report import call_screen
+
+    match event:
+        case now.Cloud():
+            return call_screen.cloud_line(event), []
+        case now.FirstPlan():
+            return call_screen.plan_line(event), [*call_screen.screen(event)]
+        case now.NoBetter():
+            return call_screen.no_better_line(event), []
+        case now.Outlook():
+            return "what the odds depend on", [*call_screen.screen(event.plan, event)]
+        case now.Done():
+            ended = "stopped: the best plan so far" if event.stopped else "the best plan"
+            return f"{ended} takes off {call_screen.take_off(event.plan)}", []
+
+
+class _Told:
+    """Prints what comes as lines of JSON: for programs that follow it."""
+
+    def __init__(self, call: "Call", arguments: argparse.Namespace) -> None:
+        understood = [*map(list, call.understood)]
+        _tell(event="understood", said=understood, directory=str(arguments.output))
+
+    def __call__(self, event: "Event") -> None:
+        from planner.mission import now_events as now
+
+        text, screen = _said(event)
+        kinds = {now.Cloud: "cloud", now.NoBetter: "no-better", now.Outlook: "outlook"}
+        kind = "done" if isinstance(event, now.Done) else kinds.get(type(event), "plan")
+        _tell(event=kind, elapsed_s=event.elapsed_s, text=text, screen=screen)
+
+
+def _progress_told(title: str) -> Progress:
+    """Return a callback that prints how far the work has come, now and then, and its end."""
+    said_s = -EVERY_S
+
+    def update(done: int, total: int, _note: str = "", /) -> None:
+        nonlocal said_s
+        now_s = time.monotonic()
+        if done >= total or now_s - said_s >= EVERY_S:
+            said_s = now_s
+            _tell(event="progress", title=title, done=done, total=total)
+
+    return update
+
+
+def _tell(**content: Any) -> None:
+    print(json.dumps(content, allow_nan=False).replace("\x7f", "\\u007f"), flush=True)
 
 
 class _Summary:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from planner.errors import Fault, InputError
+from planner.errors import Fault, InputError, ScenarioError
 from planner.flight.airspace import MARGIN_M, Airspace
 from planner.flight.areas import area_of_file, area_of_points
 from planner.flight.turning import room_m
@@ -14,6 +14,7 @@ from planner.mission.uav_places import start_xy
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import missing_areas
 from planner.scenario.sections import AirspaceSection
+from planner.scenario.source import Tables
 from planner.scenario.uav import UavSection
 
 
@@ -52,6 +53,31 @@ def airspace_of(
     aircraft = None if uav is None else aircraft_of(uav)
     beside_m = 0.0 if aircraft is None else room_m(aircraft.law)
     return Airspace(**areas, margin_m=MARGIN_M + beside_m), faults
+
+
+def airspace_over(net: str, tables: Tables, network: RoadNetwork) -> Airspace | None:
+    """Return the airspace of sections whose paths hold from anywhere; None: nothing is said.
+
+    Parameters
+    ----------
+    net
+        Where the sections are from.
+
+    Raises
+    ------
+    InputError
+        If it is faulty.
+    """
+    if "airspace" not in tables:
+        return None
+    section, errors = AirspaceSection.attempt(tables["airspace"])
+    if errors or section is None:
+        raise InputError(f"{net}: its [airspace] is faulty; `planner check {net}` says where")
+    airspace, faults = airspace_of(section, Path(), network)
+    faults += missing_areas(section, Path())
+    if faults:
+        raise ScenarioError(net, faults)
+    return airspace
 
 
 def link_of(uav: UavSection, network: RoadNetwork) -> Area | None:

@@ -105,7 +105,7 @@ def understood(words: Words, now: datetime) -> Call:
     ScenarioError
         With all words that mean nothing, each under its option.
     """
-    tables, network = _net(words.net)
+    tables, network = net_of(words.net)
     heard = _Heard(words, now.replace(microsecond=0), network)
     call = heard.call(tables)
     if heard.faults or call is None:
@@ -113,7 +113,7 @@ def understood(words: Words, now: datetime) -> Call:
     return call
 
 
-def _net(net: str) -> tuple[Tables, RoadNetwork]:
+def net_of(net: str) -> tuple[Tables, RoadNetwork]:
     """Return the sections that are the net's, with paths that hold anywhere, and the net itself."""
     if net.startswith(OF_SUMO) or is_net_file(Path(net)):
         name = net if net.startswith(OF_SUMO) else Path(net).resolve().as_posix()

@@ -7,20 +7,23 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.detection.evaluation import Evaluation
+from planner.flight.airspace import Airspace
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.knots import Knots
 from planner.messages import plain
 from planner.network.georeference import is_georeferenced, lonlat
+from planner.network.road_network import RoadNetwork
 from planner.page.earth import Box, earth_content
 from planner.page.frame import Frame
-from planner.page.ground import areas_content, labels, roads_content, roads_once, view_of
+from planner.page.ground import roads_once, under_content, view_of, with_room
 from planner.page.rows import Row
 from planner.page.shown import Shown
 from planner.page.targets import drawn_knots, picked, targets_content
 from planner.page.words import for_posix, for_powershell, soon_s
 
 SCHEMA = "planner.page/1"
+NOWHERE = dict.fromkeys(("knots", "t", "x", "y", "seen", "gone"), "")  # the columns of no targets
 POINTS = 240  # of a curve, after the first
 
 
@@ -65,6 +68,7 @@ def places_of(track: Track) -> Floats:
 def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
     """Return a run as plain data."""
     network = run.opened.network
+    under = under_content(network, run.opened.airspace, drawn.roads, drawn.frame, drawn.view)
     earth = earth_content(network, drawn.whole, drawn.view)
     return {
         "schema": SCHEMA,
@@ -73,17 +77,33 @@ def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
         "end_s": round(run.until_s, 2),
         "soon_s": soon_s(run.until_s),
         "radius_m": run.radius_m,
-        "frame": drawn.frame.as_dict(),
-        "view": [round(metres, 2) for metres in drawn.view],
-        "roads": roads_content(drawn.roads, drawn.frame),
-        "labels": labels(network),
-        "areas": areas_content(run.opened.airspace),
+        **under,
         "uavs": [_uav(track, rows) for track, rows in zip(run.plan.tracks, run.rows, strict=True)],
         "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
         # The plan's first; the last one is what no flight surpasses.
         "curves": [_curve(one, run.until_s) for one in run.curves.values()],
         "earth": earth,
         "call": _call(run) if earth is not None or network.projection is None else None,
+    }
+
+
+def net_content(network: RoadNetwork, airspace: Airspace | None) -> dict[str, Any]:
+    """Return a net on which nothing is planned yet as plain data, as `page_content` has a run."""
+    low_m, high_m = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
+    view, frame = with_room(low_m, high_m), Frame.around(network.shape_xy_m, 1.0)
+    return {
+        "schema": SCHEMA,
+        "clock": None,
+        "start_s": 0.0,
+        "end_s": 1.0,
+        "soon_s": 1.0,
+        "radius_m": 0.0,
+        **under_content(network, airspace, roads_once(network, frame), frame, view),
+        "uavs": [],
+        "targets": NOWHERE,
+        "curves": [[0.0, 0.0]] * 2,
+        "earth": earth_content(network, view, view),
+        "call": None,
     }
 
 

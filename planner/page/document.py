@@ -13,6 +13,7 @@ from planner.messages import plain
 
 HERE = Path(__file__).parent
 SCRIPTS = ("words.js", "map.js", "marks.js", "curves.js", "page.js")  # one after the other
+POLICY = re.compile(r'(<meta http-equiv="Content-Security-Policy"[^>]*>)')
 # What would end the block that data stand in, or a line of a script.
 UNSAFE = str.maketrans({c: f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"})
 
@@ -29,7 +30,7 @@ def document(*, title: str, data: Mapping[str, Any], parts: Mapping[str, str]) -
     """
     script = "(() => {\n" + "".join(_lean(name) for name in SCRIPTS) + "})();\n"
     script, style = '"use strict";\n' + script, _lean("style.css")
-    filled = {
+    every = {
         **parts,
         "TITLE": markup(title),
         "SCRIPT": script,
@@ -39,7 +40,42 @@ def document(*, title: str, data: Mapping[str, Any], parts: Mapping[str, str]) -
         "DATA": embedded(data),
     }
     template = (HERE / "template.html").read_text(encoding="utf-8")
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: filled[found[1]], template)
+    return filled(template, every)
+
+
+def filled(template: str, parts: Mapping[str, str]) -> str:
+    """Return a template with markup in place of the names in double braces."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+
+
+def instrument(text: str, *, form: str, state: Mapping[str, Any]) -> str:
+    """Return a page with a form that asks its own server for plans, which the page alone cannot.
+
+    Parameters
+    ----------
+    text
+        Of the page, as `document` makes it.
+    form
+        Markup, safe.
+    state
+        What the form's script takes, plain.
+    """
+    script = '"use strict";\n(() => {\n' + _lean("instrument.js") + "})();\n"
+    style = _lean("instrument.css")
+    allowed = {
+        "default-src 'none';": "default-src 'none'; connect-src 'self';",
+        "script-src ": f"script-src '{digest(script)}' ",
+        "style-src ": f"style-src '{digest(style)}' ",
+    }
+    before, policy, after = re.split(POLICY, text, maxsplit=1)
+    for old, new in allowed.items():
+        policy = policy.replace(old, new, 1)
+    body, end = (before + policy + after).rsplit("</body>", 1)
+    return (
+        f"{body}{form}<style>{style}</style>"
+        f'<script type="application/json" id="asked">{embedded(state)}</script>'
+        f"<script>{script}</script>\n</body>{end}"
+    )
 
 
 def markup(text: str) -> str:

@@ -33,6 +33,19 @@ def roads_once(network: RoadNetwork, frame: Frame) -> list[Floats]:
     return list(found.values())
 
 
+def under_content(
+    network: RoadNetwork, airspace: Airspace | None, roads: list[Floats], frame: Frame, view: Box
+) -> dict[str, Any]:
+    """Return all of it as the page's script takes it, and which part is shown first."""
+    return {
+        "frame": frame.as_dict(),
+        "view": [round(metres, 2) for metres in view],
+        "roads": roads_content(roads, frame),
+        "labels": labels(network),
+        "areas": areas_content(airspace),
+    }
+
+
 def roads_content(roads: list[Floats], frame: Frame) -> dict[str, str]:
     """Return roads as the page's script takes them."""
     counts = np.array([len(line) for line in roads])
@@ -82,7 +95,11 @@ def view_of(network: RoadNetwork, plan: Plan, knots: Knots) -> Box:
         flown = [np.stack([track.x_m, track.y_m], axis=1) for track in plan.tracks]
         most = np.quantile(knots.xy_m, [EDGE, 1 - EDGE], axis=0) if len(knots.xy_m) else low_m[None]
         places_m = np.clip(np.concatenate([*flown, most]), low_m, high_m)
-    low_m, high_m = places_m.min(axis=0), places_m.max(axis=0)
+    return with_room(places_m.min(axis=0), places_m.max(axis=0))
+
+
+def with_room(low_m: Floats, high_m: Floats) -> Box:
+    """Return a box between two corners, (2,) metres, with some room around it."""
     room_m = ROOM * max(float((high_m - low_m).max()), 1.0)
     west_m, south_m = (low_m - room_m).tolist()
     east_m, north_m = (high_m + room_m).tolist()

@@ -99,7 +99,7 @@ function drawDrone(here, sees) {
   pen.strokeStyle = px === x && py === y ? colours.bg : colours.uav;
   pen.stroke();
 }
-function drawPin([x, y]) {
+function drawPin([x, y, to]) {
   const r = ratio(), px = across(x), py = down(y);
   pen.strokeStyle = colours.acc;
   pen.lineWidth = 2.5 * r;
@@ -108,6 +108,13 @@ function drawPin([x, y]) {
   for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
     pen.moveTo(px + 5 * dx * r, py + 5 * dy * r);
     pen.lineTo(px + 14 * dx * r, py + 14 * dy * r);
+  }
+  if (to !== undefined) {
+    const at = ((to + (D.earth ? D.earth.north : 0)) * Math.PI) / 180, end = (long, turn) => [px + long * r * Math.sin(at + turn), py - long * r * Math.cos(at + turn)];
+    for (const [from, by] of [[[px, py], 0], [end(44, -0.15), 0], [end(44, 0.15), 0]]) {
+      pen.moveTo(...from);
+      pen.lineTo(...end(56, by));
+    }
   }
   pen.stroke();
 }

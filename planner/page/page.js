@@ -97,11 +97,14 @@ function nextLeg(way) {
 }
 
 // A place of the map: its coordinates, and the command that plans for a sighting there.
-function call(x, y) {
-  pin = [x, y];
+function call(x, y, to) {
+  pin = [x, y, to];
+  const heading = to === undefined ? "" : String(Math.round(to + 360) % 360);
   $("commands").replaceChildren();
-  $("place").textContent = words(x, y).replace(",", ", ") + (D.earth ? "" : " m");
-  $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? This plans anew:" : "";
+  const place = words(x, y);
+  $("place").textContent = place.replace(",", ", ") + (D.earth ? "" : " m");
+  document.dispatchEvent(new CustomEvent("pin", { detail: { place, heading } }));
+  $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? Drag from here which way it drove. This plans anew:" : "";
   if (D.call) {
     const here = new Date(), at = D.clock ? moment(now).slice(0, 19) + zone() : pad(here.getHours()) + ":" + pad(here.getMinutes());
     const { sh, PowerShell } = D.call, both = sh === PowerShell;
@@ -109,7 +112,7 @@ function call(x, y) {
       add($("commands"), "span", shell);
       const line = add($("commands"), "code", "");
       line.tabIndex = 0;
-      for (const word of ["planner now", net, `--last-seen=${words(x, y)}`, `--at=${at}`, ...D.call.rest]) {
+      for (const word of ["planner now", net, `--last-seen=${place}`, `--at=${at}`, ...(heading && ["--heading=" + heading]), ...D.call.rest]) {
         add(line, "span", word);
         line.append(" ");
       }
@@ -147,7 +150,7 @@ const keys = {
   g: () => { gridShown = !gridShown; ground = null; }, Escape: hang,
 };
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("form")) return;
   const key = event.key, on = event.target.tagName;
   if (key === " " && (on === "BUTTON" || on === "SUMMARY")) return;
   if (key === "Enter" && event.target === map) call(view.x, view.y);
@@ -164,10 +167,12 @@ map.addEventListener("wheel", (event) => {
   show();
 }, { passive: false });
 const fingers = new Map();
-let moved = 0;
+let moved = 0, turning = false; // turning: from the pin on, which way it went
+const fromPin = ([px, py]) => [px - across(pin[0]), py - down(pin[1])];
 map.addEventListener("pointerdown", (event) => {
   map.setPointerCapture(event.pointerId);
   if (!fingers.size) moved = 0;
+  turning = pin && !fingers.size && Math.hypot(...fromPin(onCanvas(event))) < 24 * ratio();
   fingers.set(event.pointerId, onCanvas(event));
 });
 map.addEventListener("pointermove", (event) => {
@@ -178,6 +183,10 @@ map.addEventListener("pointermove", (event) => {
   const dx = mean(is, 0) - mean(was, 0), dy = mean(is, 1) - mean(was, 1);
   moved += Math.hypot(dx, dy);
   if (is.length === 1 && moved < 6 * ratio()) return;
+  if (turning) {
+    const [px, py] = fromPin(is[0]);
+    return call(pin[0], pin[1], (Math.atan2(px, -py) * 180) / Math.PI - (D.earth ? D.earth.north : 0));
+  }
   move(dx, dy);
   if (is.length === 2) {
     const apart = (of) => Math.max(Math.hypot(of[0][0] - of[1][0], of[0][1] - of[1][1]), 1);

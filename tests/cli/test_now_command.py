@@ -1,5 +1,6 @@
 """`planner new` and `planner now`: words in, a scenario or a run out, the same plan again."""
 
+import json
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -92,4 +93,12 @@ def test_a_key_ends_with_the_best_plan(
     said = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--json")
     assert said.json["stopped"]
     assert said.json["plans"] == 1
+    told = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--events", "--force")
+    events = [json.loads(line) for line in told.out.splitlines()]
+    assert events[0]["said"][0] == said.json["understood"][0]
+    kinds = [event["event"] for event in events if event["event"] != "progress"]
+    assert kinds == ["understood", "cloud", "plan", "done"]
+    assert events[-1]["text"].startswith("stopped: the best plan so far takes off")
+    (plan,) = (event for event in events if event["event"] == "plan")
+    assert plan["screen"][0].startswith("found by")
     assert {file.name for file in (tmp_path / "run").iterdir()} >= LEAST

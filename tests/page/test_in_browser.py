@@ -24,12 +24,6 @@ from support.page_runs import called, shown
 PICTURES = Path(__file__).parents[2] / ".pytest_cache" / "pages"
 A_MINUTE_LATER = moment("2026-05-01T14:08:00+05:30")  # than take-off, where pages open
 WIDTHS = {"phone": 390, "desktop": 1280}
-TAP = """
-const map = document.getElementById("map"), [x, y] = arguments;
-map.setPointerCapture = () => {};
-const at = { pointerId: 1, bubbles: true, clientX: x, clientY: y };
-for (const kind of ["pointerdown", "pointerup"]) map.dispatchEvent(new PointerEvent(kind, at));
-"""
 COLOURS = """
 const map = document.getElementById("map"), seen = new Set();
 const copy = new OffscreenCanvas(map.width, map.height).getContext("2d");
@@ -115,7 +109,7 @@ def test_keys_and_clicks_move_it(browser: Browser, file: Path, run: Shown) -> No
 
 def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> None:
     browser.look(file, wide=1280, high=800)
-    browser.script(TAP, 400, 400)
+    browser.tap(400, 400)
     lat, lon = map(float, browser.text("#place").split(", "))
     assert 52.41 < lat < 52.45
     assert 13.50 < lon < 13.56
@@ -129,6 +123,11 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
     said = dict(meant.understood)
     assert said["last seen"].startswith(f"{lat:.5f} N {lon:.5f} E")
     assert said["seen at"].endswith("60 s ago")
+    assert "--heading" not in browser.text("code")
+    browser.drag((400, 400), (460, 400))
+    (to_deg,) = re.findall(r"--heading=(\d+)", browser.text("code"))
+    assert abs(int(to_deg) - 90) <= 2  # north is nearly up
+    assert browser.text("#place") == f"{lat:.5f}, {lon:.5f}"
     browser.picture(PICTURES / "tapped.png")
     browser.press("Escape")
     assert browser.script("return document.getElementById('call').hidden")
@@ -153,7 +152,7 @@ def test_other_peoples_words_show_as_text(
     file.write_text(page(run), encoding="utf-8")
     browser.look(file, wide=1280, high=800)
     browser.press("End")
-    browser.script(TAP, 400, 400)
+    browser.tap(400, 400)
     assert browser.complaints() == []
     assert "<img src=x" in browser.text("h1")
     assert browser.script("return document.querySelectorAll('img, iframe').length") == 0

@@ -2,6 +2,7 @@
 
 import base64
 import shutil
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,15 @@ document.activeElement.dispatchEvent(
   new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more })
 );
 """
+DRAG = """
+const map = document.getElementById("map"), [[x, y], [u, v]] = arguments;
+map.setPointerCapture = () => {};
+const say = (kind, clientX, clientY) =>
+  map.dispatchEvent(new PointerEvent(kind, { pointerId: 1, bubbles: true, clientX, clientY }));
+say("pointerdown", x, y);
+if (u !== x || v !== y) say("pointermove", u, v);
+say("pointerup", u, v);
+"""
 
 
 class Browser:
@@ -29,13 +39,22 @@ class Browser:
     def __init__(self, driver: Any) -> None:
         self.driver = driver
 
-    def look(self, page: Path, *, wide: int, high: int, scale: int = 1, dark: bool = False) -> None:
-        """Open a page in a window of a size, in pixels of the page."""
+    def look(
+        self, page: Path | str, *, wide: int, high: int, scale: int = 1, dark: bool = False
+    ) -> None:
+        """Open a page, a file or an address, in a window of a size, in pixels of the page."""
         size = {"width": wide, "height": high, "deviceScaleFactor": scale, "mobile": wide < 600}
         self._say("Emulation.setDeviceMetricsOverride", size)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._say("Emulation.setEmulatedMedia", {"features": [scheme]})
-        self.driver.get(page.resolve().as_uri())
+        self.driver.get(page if isinstance(page, str) else page.resolve().as_uri())
+
+    def until(self, condition: str, *, within_s: float = 20.0) -> None:
+        """Wait until an expression of the page's script is true, and fail if it does not get so."""
+        ends_s = time.monotonic() + within_s
+        while not self.script(f"return Boolean({condition})"):
+            assert time.monotonic() < ends_s, f"{condition}: {self.text('body')[:2000]}"
+            time.sleep(0.1)
 
     def script(self, text: str, *arguments: Any) -> Any:
         """Run a script in the page and return what it returns."""
@@ -48,6 +67,14 @@ class Browser:
     def press(self, key: str, **more: bool) -> None:
         """Press a key on what has the focus."""
         self.script(PRESS, key, more)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag from one place on the map to another, in pixels of the window."""
+        self.script(DRAG, start, end)
+
+    def tap(self, x: float, y: float) -> None:
+        """Tap a place on the map, in pixels of the window."""
+        self.drag((x, y), (x, y))
 
     def complaints(self) -> list[str]:
         """Return what has been said on the console since the last call."""

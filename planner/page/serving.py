@@ -1,0 +1,41 @@
+"""The served page: a run, or a net without a plan, with a form for the next call."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from planner.flight.airspace import Airspace
+from planner.network.road_network import RoadNetwork
+from planner.page.content import net_content
+from planner.page.document import HERE, document, filled, instrument, markup
+
+PARTS = ("ABOUT", "SOON", "ODDS", "STILL", "METHODS", "LEGS", "NOTES")
+
+
+def page_of_net(network: RoadNetwork, title: str, airspace: Airspace | None = None) -> str:
+    """Return a page of a net alone, and of where the drone may be."""
+    parts = dict.fromkeys(PARTS, "") | {"CREDIT": markup(network.attribution)}
+    return document(title=title, data=net_content(network, airspace), parts=parts)
+
+
+def served(
+    text: str, *, profiles: Iterable[str], files: Iterable[str], state: Mapping[str, Any]
+) -> str:
+    """Return a page with the form.
+
+    Parameters
+    ----------
+    text
+        Of the page.
+    profiles
+        What may have been seen.
+    files
+        Names of files to take.
+    state
+        ``said``: what fields of the form hold, by name; ``plans``: how many this page knows of.
+    """
+    form = (HERE / "instrument.html").read_text(encoding="utf-8")
+    parts = {
+        "PROFILES": "".join(f"<option>{markup(name)}</option>" for name in profiles),
+        "FILES": "".join(f'<a href="/{name}" download>{name}</a>' for name in files),
+    }
+    return instrument(text, form=filled(form, parts), state=state)
