@@ -1,6 +1,8 @@
 """Tables say the figures, and are plain where there is no terminal."""
 
 import io
+import json
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +18,7 @@ from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
-from planner.futures.state_at import by_road, state_at
+from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
@@ -27,7 +29,7 @@ from planner.report.tables import (
     plan_table,
     waypoints_table,
 )
-from planner.report.where import where_table
+from planner.report.where import where_content, where_table
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support.instances import figure3, physics_futures
@@ -199,6 +201,13 @@ def test_where(printed: Callable[[object], str]) -> None:
     assert line(short, "not on the roads")[1] == "25.0 %"
 
 
+def test_what_is_unknown_is_null_in_json() -> None:
+    lost = RoadState(UNKNOWN, UNKNOWN, 0.5, (math.nan,) * 3, (1.0, 2.0, 3.0), (4.0, 5.0))
+    content = where_content([lost], NET, time_s=1.0, elsewhere_probability=0.5)
+    assert content["roads"][0]["distance_m"] == [None, None, None]
+    json.dumps(content, allow_nan=False)
+
+
 def test_legs_name_the_ends_as_flown(printed: Callable[[object], str]) -> None:
     futures = physics_futures(NET, [["AB"]], 0.0, 10.0)
     problem = Problem(NET, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0))
@@ -220,7 +229,8 @@ def test_where_there_are_names_of_streets_roads_are_called_by_them(
     state = state_at(futures, net, 20.0)
     where = where_table(by_road(state, net), net, time_s=20.0, elsewhere_probability=0.1)
     text = printed(where)
-    assert "Main Street, at High Street" in " ".join(text.split())
+    assert "Main Street, towards High Street" in " ".join(text.split())
+    assert "m from its start" in text
     assert "AB" in text
 
 
