@@ -49,8 +49,10 @@ def may_import(file: str, name: str) -> bool:
     """Tell whether a file, named from the package's folder, may import a name."""
     *folders, _ = file.split("/")
     top, *rest = name.split(".")
-    if top == "libsumo" or top == "traci":
+    if top == "libsumo":
         return folders == ["futures"]
+    if top == "traci":
+        return file == "export/sumo_gui_moving.py"
     if top == "sumolib":
         return folders == ["network"]
     if top == "pandas":

@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
-from planner.flight.as_flown import line_flown
+from planner.flight.as_flown import Battery, as_flown, line_flown
 from planner.flight.law import Aircraft, FlightLaw
 from planner.flight.plan import Plan
 from planner.flight.track import Track
+from planner.search.problem import Budget
+from planner.search.rate import rate
 from support.certified_runs import reseal, write_certified
 from support.grid_instance import grid_futures, grid_problem
 
@@ -140,24 +142,63 @@ def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def road_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A certified run of that aircraft along roads."""
+    folder = tmp_path_factory.mktemp("roads")
+    problem = grid_problem(grid_futures(12, np.random.default_rng(3), size=3), size=3)
+    problem = problem.replace(objective=Objective(3000.0), sensor=Sensor(500.0))
+    up_s = problem.uav.take_off_s + REAL.climb_s
+    at_height = problem.replace(uav=replace(problem.uav, take_off_s=up_s))
+    planned = rate(at_height, budget=Budget(), rng=np.random.default_rng(1)).plan
+    battery = Battery(np.inf, 0.0, None, 0.0)
+    plan = as_flown(planned, REAL, battery, planned_mps=problem.uav.speed_mps)
+    uav = replace(problem.uav, speed_mps=40.0, altitude_m=100.0, aircraft=Aircraft(REAL))
+    write_certified(folder, problem.replace(uav=uav), plan)
+    return folder
+
+
+def verdict(
+    run: Path, folder: Path, capsys: pytest.CaptureFixture[str], forge: Callable[[Any], None]
+) -> tuple[int, str]:
+    """What verify.py says of a run with its flight changed by a forger."""
+    for path in run.iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    content = json.loads((folder / "plan.json").read_text())
+    forge(content["uavs"][0])
+    (folder / "plan.json").write_text(json.dumps(content))
+    reseal(folder)
+    code = import_module("verify").main([str(folder)])
+    said = capsys.readouterr()
+    return code, "".join(line for line in said.out.splitlines() if "WRONG" in line) + said.err
+
+
 @pytest.fixture
 def judged(
     real_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> Callable[[Callable[[Any], None]], tuple[int, str]]:
-    """What verify.py says of the run with its flight changed by a forger."""
+    return lambda forge: verdict(real_run, tmp_path, capsys, forge)
 
-    def verdict(forge: Callable[[Any], None]) -> tuple[int, str]:
-        for path in real_run.iterdir():
-            (tmp_path / path.name).write_bytes(path.read_bytes())
-        content = json.loads((tmp_path / "plan.json").read_text())
-        forge(content["uavs"][0])
-        (tmp_path / "plan.json").write_text(json.dumps(content))
-        reseal(tmp_path)
-        code = import_module("verify").main([str(tmp_path)])
-        said = capsys.readouterr()
-        return code, "".join(line for line in said.out.splitlines() if "WRONG" in line) + said.err
 
-    return verdict
+def renamed(flight: Any) -> None:
+    """One road by two names."""
+    flight["legs"][0]["road"] = flight["legs"][-1]["road"]
+
+
+def elsewhere(flight: Any) -> None:
+    """A road that is flown a little later than it is."""
+    leg = flight["legs"][1]
+    leg["start_s"], leg["end_s"] = leg["start_s"] + 5.0, leg["end_s"] + 5.0
+
+
+def test_roads_are_flown_when_the_plan_says_so(
+    road_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert verdict(road_run, tmp_path, capsys, lambda _: None) == (0, "")
+    for forge in (renamed, elsewhere):
+        code, said = verdict(road_run, tmp_path, capsys, forge)
+        assert code == 1
+        assert "flight as its class allows" in said
 
 
 def later(flight: Any) -> None:

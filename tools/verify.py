@@ -15,7 +15,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).parent))  # however this file is run
 from verify_bound import NEVER, PLANE, Hops, RoadBound
 from verify_files import Array, RefusedError, one_line, shown
-from verify_flight import are_flown, legs_on
+from verify_flight import are_flown, legs_named, legs_on
 from verify_inputs import Claim, Inputs, read_inputs
 from verify_sight import Motion, Route, Window, first_in_reach, near_pairs, reward_of, segments
 
@@ -38,13 +38,18 @@ class Run:
         given, (time_s, place), most = self.given, self.route, self._most_of_all_flights()
         late_m = abs(np.diff(place)) - given.speed_mps * np.diff(time_s)
         watched: list[int] = np.flatnonzero(np.diff(place) == 0).tolist()
-        off_m, fits = np.maximum(0.0, late_m), not self.inputs.legs
+        off_m, named, net = np.maximum(0.0, late_m), self.inputs.legs, self.inputs.net
+        fits = not named
         if given.plan_class == "roads":  # these are never early either
-            hops, off_m = Hops(self.inputs.net, place[0], given), abs(late_m)
-            legs = legs_on(place, hops.routes[: hops.legs], hops.nodes)
-            fits = legs is not None and are_flown(self.inputs.legs, legs, time_s, self.inputs.net)
+            hops, off_m = Hops(net, place[0], given), abs(late_m)
+            legs = legs_on(time_s, place, hops.routes[: hops.legs], hops.nodes)
+            fits = legs is not None and are_flown(named, legs, time_s, net)
             watched = [i for leg in legs or () for i in leg.parts]
             most = min(most, RoadBound(self, hops).reward())
+        elif named and self.inputs.is_real:
+            legs = legs_named(named, time_s, place, net)
+            at_height_s = time_s[np.argmax(place != place[0]) - 1 :]
+            fits = legs is not None and are_flown(named, legs, at_height_s, net)
         fits = bool(fits and off_m.sum() <= OFF_M and time_s[-1] <= given.lands_s + 1e-6)
         yield from self.inputs.record
         yield self._weights()

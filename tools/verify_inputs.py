@@ -94,6 +94,7 @@ class Inputs:
     planned: Mapping[str, float]  # figures by name
     certificate: Mapping[str, float | None]
     unchecked: Mapping[str, Any]  # what it says of other particles
+    is_real: bool  # whether a flight law times its aircraft
     waypoints: Array  # (points, 3) seconds, x, y
     sensor_on: list[Pair]
     legs: list[NamedLeg]
@@ -134,6 +135,7 @@ def read_inputs(folder: Path) -> Inputs:
         planned=_planned(planned),
         certificate=_certificate(certificate, given),
         unchecked=_unchecked(plan, certificate),
+        is_real="aircraft" in flight,
         waypoints=waypoints,
         sensor_on=_sensor_on(flight),
         legs=[_leg(i, leg) for i, leg in enumerate(flight.items("legs"))],

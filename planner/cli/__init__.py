@@ -55,6 +55,7 @@ COMMANDS = (
     ("fly", "fly a plan against true targets"),
     ("export", "write a plan as files that pilots and autopilots fly"),
     ("page", "show a plan in one page for a browser, without a network"),
+    ("view", "watch a plan and where the target may be in sumo-gui"),
     ("certify", "bound the gap between a run's plan and the best possible plan"),
     ("compare", "compare all methods on the same futures and fresh targets"),
     ("experiment", "run all combinations of factors, methods and seeds"),

@@ -170,14 +170,19 @@ def _vehicle(arguments: argparse.Namespace, flight: "RunFlight") -> tuple[str, .
 def _flight(
     arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan"
 ) -> "RunFlight":
+    from planner.cli.progress import progress_bar
     from planner.export.from_run import Hand, hand_flight, run_flight
     from planner.scenario.aircraft_file import with_aircraft
 
     file = arguments.aircraft
     uav = None if file is None else with_aircraft(opened.scenario.uav, file)
     if arguments.by_hand is not None:
-        hand = Hand(arguments.by_hand, _judge(arguments, opened, stored))
-        return hand_flight(opened, stored, hand, uav=uav, origin=arguments.origin)
+        if arguments.tolerance is not None:
+            raise InputError("--tolerance: is for an autopilot's flight; leave it or --by-hand out")
+        judge = _judge(arguments, opened, stored)
+        with progress_bar("choosing legs") as progress:
+            hand = Hand(arguments.by_hand, judge, progress)
+            return hand_flight(opened, stored, hand, uav=uav, origin=arguments.origin)
     return run_flight(
         opened,
         stored,

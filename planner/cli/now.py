@@ -17,7 +17,7 @@ from planner.interrupts import first_interrupt_asks, undone_if_stopped
 
 if TYPE_CHECKING:
     from planner.mission.call import Call
-    from planner.mission.now import Event
+    from planner.mission.now_events import Event
 
 SUMMARY = "plan a call in words while the clock runs"
 DETAILS = (
@@ -53,7 +53,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Plan a call, and hand each plan to those who listen as it comes."""
     from planner.files import alone_in, results_written_whole
-    from planner.mission.now import FirstPlan, How, events
+    from planner.mission.now import events
+    from planner.mission.now_events import FirstPlan, How
     from planner.mission.run_folder import RUN
     from planner.scenario.source import FILE
 
@@ -132,7 +133,7 @@ class _Files:
     def __call__(self, event: "Event") -> None:
         from planner.cli.planning import write_event
         from planner.files import results_written_whole
-        from planner.mission.now import FirstPlan
+        from planner.mission.now_events import FirstPlan
         from planner.scenario.source import FILE
 
         if isinstance(event, FirstPlan):
@@ -154,7 +155,7 @@ class _Shown:
         self._out.print(text, soft_wrap=True)
 
     def __call__(self, event: "Event") -> None:
-        from planner.mission import now
+        from planner.mission import now_events as now
         from planner.report import call_screen
 
         def say(text: str) -> None:
@@ -188,7 +189,8 @@ class _Summary:
         self._call, self._arguments, self._plans = call, arguments, 0
 
     def __call__(self, event: "Event") -> None:
-        from planner.mission import now, plan_file
+        from planner.mission import now_events as now
+        from planner.mission import plan_file
 
         self._plans += isinstance(event, now.FirstPlan)
         if isinstance(event, now.Done):

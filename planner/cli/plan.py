@@ -20,9 +20,9 @@ from planner.search.methods import METHODS
 SUMMARY = "plan a search and evaluate it on fresh targets"
 DETAILS = """\
 Writes plan.json, evaluation.parquet, run.json, plan.png, page.html (open it in
-a browser, or send it to a phone) and plan.add.xml (the flight as an overlay:
-sumo-gui -n NET -a plan.add.xml). With --gap it also writes the files of
-`planner certify`."""
+a browser, or send it to a phone) and what `sumo-gui -c DIR/plan.sumocfg` shows:
+plan.sumocfg, plan.view.xml and plan.add.xml, the flight as an overlay. With
+--gap it also writes the files of `planner certify`."""
 EXAMPLES = (
     ("plan grid5x5 -o runs/first", "the roads in order"),
     ("plan grid5x5 --free -o runs/free", "may leave the roads"),

@@ -3,12 +3,9 @@
 import argparse
 import logging
 import math
-import sys
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +14,7 @@ from planner.bounds.certificate import Certificate
 from planner.cli.page import COMPARED, compared
 from planner.cli.preview import Preview, flight_table, show_first_plan
 from planner.cli.printing import print_result
+from planner.cli.run_record import Watch, planning_record, record_of, targets_record
 from planner.cli.session import (
     evaluation_recorded,
     futures_of_run,
@@ -37,7 +35,7 @@ from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.messages import counted
 from planner.mission import certificate_file, run_folder
-from planner.mission.now import FirstPlan
+from planner.mission.now_events import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content, timing_content
@@ -47,7 +45,6 @@ from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
 from planner.page.page import page
 from planner.page.shown import Shown
-from planner.provenance import provenance
 from planner.report import real_flight, run_files, sentences, tables
 from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
@@ -96,7 +93,7 @@ class _Found(_Planned):
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Plan a search, evaluate it on fresh targets, and write the run."""
-    method, watch = method_named(arguments.method), _Watch()
+    method, watch = method_named(arguments.method), Watch()
     with ExitStack() as stack:
         names = (*run_folder.RUN, *certificate_file.PROOF)
         folder = output_folder(stack, arguments, names)
@@ -125,7 +122,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
 
 def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -> None:
     """Write the run of a call's plan, as `planner plan` writes that of its scenario."""
-    opened, watch = event.opened, _Watch()
+    opened, watch = event.opened, Watch()
     targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
     planned = _Planned(event.problem, event.trial)
     found = _evaluated(arguments, opened, targets, planned, None)
@@ -140,15 +137,18 @@ def _write_all(  # noqa: PLR0913
     targets: _Targets,
     found: _Found,
     content: dict[str, Any],
-    watch: "_Watch",
+    watch: Watch,
 ) -> None:
     """Write all files of a run."""
     _write(folder, opened, found, content)
     _write_page(folder, arguments, opened, found, targets)
     watch.lap("files")
-    record = _provenance(arguments, opened, content, targets, watch)
-    record["planning"] = _planning_record(found.trial)
-    record["targets"] = _targets_record(targets, found.trial)
+    record = record_of(arguments, opened, content, targets.planning, watch)
+    if targets.own is not None:
+        record |= paths_in_record(OWN_FUTURES, targets.own.path, arguments.output)
+        record[OWN_BEGIN] = targets.own.begin_s
+    record["planning"] = planning_record(found.trial)
+    record["targets"] = targets_record(targets.planning, targets.holdout, found.trial)
     write_json(folder / run_folder.PROVENANCE, record)
 
 
@@ -332,20 +332,6 @@ def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
         yield hint
 
 
-class _Watch:
-    """Wall-clock time of the parts of a run."""
-
-    def __init__(self) -> None:
-        self.started = datetime.now(UTC)
-        self.took_s: dict[str, float] = {}
-        self._last_s = time.perf_counter()
-
-    def lap(self, part: str) -> None:
-        now_s = time.perf_counter()
-        self.took_s[part] = now_s - self._last_s
-        self._last_s = now_s
-
-
 def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
     content = plan_content(
         found.trial.plan,
@@ -358,45 +344,3 @@ def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
     if found.timing:
         content["evaluated"]["timing"] = timing_content(found.timing)
     return content
-
-
-def _planning_record(trial: Trial) -> dict[str, Any]:
-    made = trial.result
-    return {
-        "work": trial.work_allowed,
-        "work_done": made.work,
-        "stopped_early": made.stopped,
-        "trace": [list(point) for point in made.trace],  # work done, best value then
-    }
-
-
-def _targets_record(targets: _Targets, trial: Trial) -> dict[str, int]:
-    return {
-        "planning": len(targets.planning.futures),
-        "holdout": 0 if targets.holdout is None else len(targets.holdout),
-        "evaluation": len(trial.evaluated.weight),
-    }
-
-
-def _provenance(
-    arguments: argparse.Namespace,
-    opened: OpenScenario,
-    content: dict[str, Any],
-    targets: _Targets,
-    watch: _Watch,
-) -> dict[str, Any]:
-    scenario = opened.scenario
-    made_by = provenance(
-        [Path(sys.argv[0]).name, *sys.argv[1:]],
-        scenario.as_dict(),
-        seed=scenario.search.seed,
-        sha256=run_folder.hashes(opened, content, targets.planning),
-        started=watch.started,
-        took_s=watch.took_s,
-    )
-    made_by |= opened.network.credit
-    record = made_by | paths_in_record("scenario_path", scenario.path, arguments.output)
-    if targets.own is None:
-        return record
-    own = paths_in_record(OWN_FUTURES, targets.own.path, arguments.output)
-    return record | own | {OWN_BEGIN: targets.own.begin_s}

@@ -26,12 +26,14 @@ from planner.flight.simplified import Clear, kept_knots
 from planner.futures.futures import Futures
 from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork
+from planner.progress import Progress, silent
 
 TURN_S = 2.0  # at rest between two straights, to turn to the next one
 OFF_M = 5.0  # by which a street may be off the line that stands for it
 NEAR_M = 150.0  # of a plan's line are the crossings that streets are followed between
 PART_M = 25.0  # of that line, to whose ends distances are measured
-MOST_STRETCHES = 100  # of which legs are chosen: those that are worth most alone
+SWEEPS = 3  # in which each leg may give way to a better one
+MOST_STRETCHES = 100  # that are put in at each place: those that are worth most alone
 
 Worth: TypeAlias = Callable[[Sequence[int]], float]  # of flying some legs, by their numbers
 
@@ -80,7 +82,14 @@ class Pilot:
         return -figure if judge.objective.by_s is None else figure
 
 
-def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetwork) -> Way:
+def by_hand(
+    line: Line,
+    legs: int,
+    pilot: Pilot,
+    judge: Judge,
+    network: RoadNetwork,
+    progress: Progress = silent,
+) -> Way:
     """Return a plan flown by hand in so many legs at most, straight ones and the way home too.
 
     Raises
@@ -95,8 +104,7 @@ def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetw
         return pilot.worth(way, legs, judge)
 
     alone = np.array([worth([k]) for k in range(len(along))])
-    screened = np.argsort(-alone, kind="stable")[:MOST_STRETCHES].tolist()
-    chosen = chosen_legs(screened, legs, worth)
+    chosen = chosen_legs(np.argsort(-alone, kind="stable").tolist(), legs, worth, progress)
     if not chosen:
         raise InputError(
             f"--by-hand {legs}: no street with a name near the plan can be flown along and home; "
@@ -105,26 +113,54 @@ def by_hand(line: Line, legs: int, pilot: Pilot, judge: Judge, network: RoadNetw
     return pilot.way(line.xy_m[0], [along[k] for k in chosen])
 
 
-def chosen_legs(numbers: Sequence[int], many: int, worth: Worth) -> list[int]:
+def chosen_legs(
+    numbers: Sequence[int], many: int, worth: Worth, progress: Progress = silent
+) -> list[int]:
     """Return some of the numbers in some order, so many at most, that are worth much together.
 
     One after the other is put in that adds most, before, between or after those that are there;
-    until none adds anything.
+    until none adds anything. Then each in turn gives way to the best in its place, and one more is
+    put in, until that is no better either.
+
+    Parameters
+    ----------
+    numbers
+        Those first that are worth most alone: of the others none is put in but in the place of one.
     """
-    chosen: list[int] = []
-    best = -inf
-    for _ in range(min(many, len(numbers))):
-        tried = [
-            [*chosen[:at], number, *chosen[at:]]
-            for number in numbers
-            for at in range(len(chosen) + 1)
-        ]
-        values = [worth(one) for one in tried]
-        first = int(np.argmax(values))  # among equals
-        if values[first] <= best:
+    chosen, best, first = list[int](), -inf, numbers[:MOST_STRETCHES]
+    for legs in range(min(many, len(numbers))):
+        progress(legs, many + SWEEPS)
+        value, with_one = _best(_with_one_more(chosen, first), worth)
+        if value <= best:
             break
-        best, chosen = values[first], tried[first]
+        best, chosen = value, with_one
+    for sweep in range(SWEEPS):
+        progress(many + sweep, many + SWEEPS)
+        before = best
+        for at in range(len(chosen)):
+            others = [[*chosen[:at], number, *chosen[at + 1 :]] for number in numbers]
+            value, changed = _best(others, worth)
+            if value > best:
+                best, chosen = value, changed
+        if 0 < len(chosen) < many:
+            value, with_one = _best(_with_one_more(chosen, first), worth)
+            if value > best:
+                best, chosen = value, with_one
+        if best == before:
+            break
     return chosen
+
+
+def _with_one_more(chosen: list[int], numbers: Sequence[int]) -> list[list[int]]:
+    places = range(len(chosen) + 1)
+    return [[*chosen[:at], number, *chosen[at:]] for number in numbers for at in places]
+
+
+def _best(tried: list[list[int]], worth: Worth) -> tuple[float, list[int]]:
+    """Return the best value, and the first that has it."""
+    values = [worth(one) for one in tried]
+    first = int(np.argmax(values))
+    return values[first], tried[first]
 
 
 def _near(line: Line, network: RoadNetwork) -> list[Stretch]:

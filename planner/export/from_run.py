@@ -26,6 +26,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.network.georeference import is_georeferenced
 from planner.network.road_network import RoadNetwork
+from planner.progress import Progress, silent
 from planner.scenario.uav import UavSection
 
 MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing is said
@@ -41,6 +42,7 @@ class Hand(NamedTuple):
 
     legs: int  # at most
     judge: Judge
+    progress: Progress = silent
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +135,8 @@ def hand_flight(
             "(uav.hover); leave it out"
         )
     pilot = Pilot(setting.law, setting.battery, setting.up_s, setting.clear)
-    way = by_hand(_planned(opened, stored), hand.legs, pilot, hand.judge, setting.network)
+    line, network = _planned(opened, stored), setting.network
+    way = by_hand(line, hand.legs, pilot, hand.judge, network, hand.progress)
     track, times = setting.flown(way)
     said = directions(setting.network, way, setting.up_s + times.leaves_s)
     way = way._replace(hold_s=np.zeros(len(way.hold_s)))  # nobody holds by the clock

@@ -2,7 +2,7 @@
 
 The one place that knows: planners get their ways from it, and whatever leaves the program is held
 against it. Ways keep `MARGIN_M` clear of what is forbidden, so that a flight written with fewer
-digits still keeps out.
+digits still keeps out; those of an aircraft that cannot hover keep clear by what its circles take.
 """
 
 from collections.abc import Iterator
@@ -32,6 +32,7 @@ class Airspace:
     fence: Area | None = None
     within: Area | None = None  # whatever is searched lies in it; on the way there it may be left
     link: Area | None = None  # where its radio reaches it, which it never leaves
+    margin_m: float = MARGIN_M  # that planned ways stay clear of what is forbidden
     _searched: dict[Point, Area] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -42,9 +43,9 @@ class Airspace:
         free = shapely.box(-FAR_M, -FAR_M, FAR_M, FAR_M)
         for kept in (self.fence, self.link):
             if kept is not None:
-                free = free.intersection(_grown(kept, -MARGIN_M))
+                free = free.intersection(_grown(kept, -self.margin_m))
         if self.no_fly is not None:
-            free = free.difference(_grown(self.no_fly, MARGIN_M))
+            free = free.difference(_grown(self.no_fly, self.margin_m))
         shapely.prepare(free)
         return free
 
@@ -75,7 +76,7 @@ class Airspace:
 
         if self.allows(place):
             return ""
-        near = shapely.Point(place).buffer(MARGIN_M)
+        near = shapely.Point(place).buffer(self.margin_m)
         inside = self.no_fly is not None and self.no_fly.intersects(near)
         if inside:
             return "in a no-fly area or at its edge"

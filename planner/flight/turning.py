@@ -63,6 +63,11 @@ def turned(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Turned:
     return Turned(np.array(line), np.zeros(len(line)), np.array(arrives), np.array(leaves))
 
 
+def room_m(law: FlightLaw) -> float:
+    """Return how far beside a line it may be, metres, where it circles or flies past corners."""
+    return 0.0 if law.can_hover else (1.0 + math.sqrt(3.0)) * law.turn_radius_m + law.corner_m
+
+
 def merged(xy_m: Floats, hold_s: Floats, law: FlightLaw) -> Ints:
     """Return which waypoints an aircraft keeps that passes them within `corner_m`, (K,) indices.
 

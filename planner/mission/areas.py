@@ -1,12 +1,15 @@
 """The airspace of a scenario, on its network."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from planner.errors import Fault, InputError
-from planner.flight.airspace import Airspace
+from planner.flight.airspace import MARGIN_M, Airspace
 from planner.flight.areas import area_of_file, area_of_points
+from planner.flight.turning import room_m
 from planner.flight.ways import Area, Point
+from planner.mission.aircraft import aircraft_of
 from planner.mission.uav_places import start_xy
 from planner.network.road_network import RoadNetwork
 from planner.scenario.checks import missing_areas
@@ -15,15 +18,19 @@ from planner.scenario.uav import UavSection
 
 
 def airspace_of(
-    section: AirspaceSection | None, folder: Path, network: RoadNetwork, link: Area | None = None
+    section: AirspaceSection | None,
+    folder: Path,
+    network: RoadNetwork,
+    uav: UavSection | None = None,
 ) -> tuple[Airspace | None, list[Fault]]:
     """Return a scenario's airspace on its network, None where nothing is said, and its faults.
 
     Parameters
     ----------
-    link
-        Where the UAV's radio reaches; None: everywhere.
+    uav
+        Who flies in it, without faults; None: who is faulty.
     """
+    link = None if uav is None else link_of(uav, network)
     areas: dict[str, Area] = {} if link is None else {"link": link}
     faults: list[Fault] = []
     given = section.model_dump(exclude_none=True) if section else {}
@@ -40,7 +47,11 @@ def airspace_of(
             if isinstance(value, str):
                 text = f"{value}: {text.removeprefix(f'{folder / value}: ')}"
             faults.append(Fault(f"airspace.{key}", text))
-    return (Airspace(**areas) if areas and not faults else None), faults
+    if not areas or faults:
+        return None, faults
+    aircraft = None if uav is None else aircraft_of(uav)
+    beside_m = 0.0 if aircraft is None else room_m(aircraft.law)
+    return Airspace(**areas, margin_m=MARGIN_M + beside_m), faults
 
 
 def link_of(uav: UavSection, network: RoadNetwork) -> Area | None:
@@ -56,7 +67,7 @@ def within_link(airspace: Airspace | None, link: Area | None) -> Airspace | None
     """Return an airspace for a UAV whose radio reaches elsewhere; None: everywhere."""
     if airspace is None:
         return None if link is None else Airspace(link=link)
-    return Airspace(airspace.no_fly, airspace.fence, airspace.within, link)
+    return replace(airspace, link=link, _searched={})
 
 
 def place_faults(

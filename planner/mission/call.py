@@ -21,16 +21,16 @@ from planner.network.net_file import is_net_file
 from planner.network.place_words import Where, heading, on_road, point_of, told, where
 from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
-from planner.scenario.aircraft_file import KEYS, shipped_aircraft, with_aircraft
+from planner.scenario.aircraft_file import OF_TOWNS, shipped_aircraft, with_aircraft
 from planner.scenario.profiles import shipped_profiles
 from planner.scenario.sections import OF_SUMO, NetworkSection
 from planner.scenario.source import Tables, read_source
 from planner.scenario.toml_text import toml_text
-from planner.scenario.uav import IDEAL, UavSection
+from planner.scenario.uav import UavSection
 
 T = TypeVar("T")
 
-PROFILE, AIRCRAFT = "driving", Path("multicopter")  # where nobody says which
+PROFILE = "driving"  # where nobody says which
 RADIUS_M = 200.0  # how well a place is known, where nobody says
 SENSOR_M = 60.0  # how far the sensor sees, where the net's scenario does not say
 PARTICLES, WORK, SEED = 1000, 80_000, 1
@@ -246,24 +246,28 @@ class _Heard:
     # What it flies, and when
 
     def _uav(self) -> dict[str, Any] | None:
-        aircraft = self.words.aircraft or AIRCRAFT
+        """Return the aircraft, and its time in the air, as `[uav]` has them."""
+        given = self.words.aircraft or Path(OF_TOWNS)
         stand_in = UavSection.model_validate({"start": {"x_m": 0, "y_m": 0}})
-        section = self._tried("--aircraft", lambda: with_aircraft(stand_in, aircraft))
+        section = self._tried("--aircraft", lambda: with_aircraft(stand_in, given))
         if section is None:
             return None
-        content = section.model_dump(mode="json", exclude_none=True, include={*KEYS})
-        content["aircraft"] = str(aircraft) if str(aircraft) in shipped_aircraft() else IDEAL
+        is_shipped = str(given) in shipped_aircraft()
+        said: dict[str, Any] = {
+            "aircraft": str(given) if is_shipped else given.resolve().as_posix()
+        }
+        lasts_s = section.max_flight_time_s
         if self.words.battery is not None:
             text = self.words.battery
             lasts_s = self._tried("--battery", lambda: span(text))
             if lasts_s is None:
                 return None
-            content["max_flight_time_s"] = lasts_s
-        lasts_s = content.get("max_flight_time_s")
+        if lasts_s is not None:
+            said["max_flight_time_s"] = lasts_s
         limit = "without a limit" if lasts_s is None else f"up to {rough(lasts_s)} in the air"
-        name = aircraft.name.removesuffix(".toml")
-        self._said.append(("aircraft", f"{name}, {content['speed_mps']:g} m/s, {limit}"))
-        return content
+        name = given.name.removesuffix(".toml")
+        self._said.append(("aircraft", f"{name}, {section.speed_mps:g} m/s, {limit}"))
+        return said
 
     def _times(self, uav: Mapping[str, Any] | None) -> tuple[float, float, float] | None:
         """Return how long ago it was seen, when the drone is ready, and the horizon, seconds."""

@@ -6,32 +6,42 @@ when the plan is there, or when it is ready, whichever is later.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
-from planner.detection.paired import Ahead, ahead
-from planner.detection.prospects import Prospects, prospects
+from planner.detection.paired import ahead
+from planner.detection.prospects import prospects
 from planner.errors import NotApplicableError, ScenarioError
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.mission.call import Call
 from planner.mission.guess import planning_guess
+from planner.mission.now_events import (
+    BetterPlan,
+    Cloud,
+    Condition,
+    Done,
+    Event,
+    FirstPlan,
+    How,
+    NoBetter,
+    Outlook,
+    Rung,
+)
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, budget_of, needs_holdout, problem_of
-from planner.mission.trial import Attempt, Trial, attempted
+from planner.mission.trial import Attempt, attempted
 from planner.network.street_names import crossing
-from planner.progress import Progress, silent
 from planner.scenario.toml_text import toml_text
 from planner.search.methods import METHODS, Method, method_named
-from planner.search.problem import Problem
 from planner.search.stop import Asked
 
 METHOD = METHODS[0]
@@ -43,107 +53,6 @@ SPARE = 1.3  # times as long as the search before, for its work, a search may ta
 OTHERS = 200  # targets on which a plan is evaluated for each thing that is not known
 QUADRANTS = ("north", "east", "south", "west")
 WENT_S = 60.0  # after which it shows which way a target went
-
-
-class Rung(NamedTuple):
-    """How much goes into one plan of several."""
-
-    particles: int
-    work: int
-    targets: int
-
-
-RUNGS = (Rung(150, 8_000, 200), Rung(500, 40_000, 600), Rung(1000, 80_000, 1000))
-
-
-@dataclass(frozen=True, eq=False)
-class Cloud:
-    """Where the target may be, as the kinematic clock guesses before SUMO drives."""
-
-    elapsed_s: float  # since the call
-    opened: OpenScenario
-    guess: Futures | None  # None: the net has no clock
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FirstPlan:
-    """A plan, what it was made from, and what it is worth."""
-
-    elapsed_s: float
-    call: Call  # with the place, the particles, the work and the take-off that it came to
-    opened: OpenScenario
-    planning: Recording
-    holdout: Futures | None
-    fresh: Recording  # targets that had no part in it
-    problem: Problem
-    trial: Trial
-    prospects: Prospects
-    sites: tuple[tuple[str, Evaluation], ...]  # where it might take off; odds of each first plan
-
-    @property
-    def take_off_s(self) -> float:
-        """When the drone takes off, seconds from the call."""
-        return self.call.ready_s
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class BetterPlan(FirstPlan):
-    """A plan that is better than the one before, on targets that neither was made from."""
-
-    lead: Ahead
-    before_s: float  # when the one before takes off, seconds from the call
-
-
-@dataclass(frozen=True, eq=False)
-class NoBetter:
-    """More work found no better plan."""
-
-    elapsed_s: float
-    particles: int
-    lead: Ahead  # of the one that was found; it may seem ahead by chance
-
-
-class Condition(NamedTuple):
-    """What a plan is worth if something is so that is not known."""
-
-    name: str  # goes on from "if"
-    evaluated: Evaluation
-    share: float | None = None  # how probable that is, where the belief says
-
-
-@dataclass(frozen=True, eq=False)
-class Outlook:
-    """What the odds depend on, and what could be flown instead."""
-
-    elapsed_s: float
-    plan: FirstPlan
-    conditions: tuple[Condition, ...]
-    headings: tuple[Condition, ...]  # which way it went; empty where that was said
-    waiting: tuple[str, Evaluation] | None  # at the best of all crossings
-    pattern: tuple[str, Evaluation] | None  # the best of a pilot's patterns
-
-
-@dataclass(frozen=True, eq=False)
-class Done:
-    """No more plans come."""
-
-    elapsed_s: float
-    plan: FirstPlan  # the best
-    stopped: bool  # whether somebody asked for it
-
-
-Event: TypeAlias = Cloud | FirstPlan | BetterPlan | NoBetter | Outlook | Done
-
-
-@dataclass(frozen=True)
-class How:
-    """How a call is planned; listeners hear of it by its events."""
-
-    elapsed_s: Callable[[], float]  # seconds since the call
-    stop: Callable[[], bool] = bool  # whether the best so far is wanted; asked after a first plan
-    workers: int | None = None
-    progress: Callable[[str], Progress] = lambda _: silent  # of what is recorded, by its title
-    rungs: Sequence[Rung] = field(default_factory=lambda: RUNGS)
 
 
 def events(call: Call, file: Path, how: How) -> Iterator[Event]:

@@ -13,7 +13,7 @@ from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
 from planner.messages import as_written
-from planner.mission.areas import airspace_of, link_of, place_faults
+from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.uav_places import (
@@ -93,8 +93,8 @@ def open_scenario(
             faults += told_once(faults_of_fields(found, key, names))
         faults += uav_faults(draft.uav, network)
         uav_is_sound = draft.uav is not None and not any(one.is_about("uav.") for one in faults)
-        link = link_of(draft.uav, network) if draft.uav is not None and uav_is_sound else None
-        airspace, found = airspace_of(draft.airspace, draft.folder, network, link)
+        uav = draft.uav if uav_is_sound else None
+        airspace, found = airspace_of(draft.airspace, draft.folder, network, uav)
         faults += found
         if draft.uav is not None and uav_is_sound:
             faults += landing_faults(draft.uav, network)

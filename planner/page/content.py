@@ -83,7 +83,7 @@ def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
         # The plan's first; the last one is what no flight surpasses.
         "curves": [_curve(one, run.until_s) for one in run.curves.values()],
         "earth": earth,
-        "call": None if earth is None else _call(run),
+        "call": _call(run) if earth is not None or network.projection is None else None,
     }
 
 
@@ -105,17 +105,20 @@ def _curve(evaluation: Evaluation, until_s: float) -> list[float]:
 def _call(run: Shown) -> dict[str, Any] | None:
     """Return what the command begins and ends with that plans for a new sighting.
 
-    None where the name of the net would do more than name it.
+    None where no file of a net is known, or its name would do more than name it.
     """
-    network, uav = run.opened.scenario.network, run.problem.uav
-    name = network.net or network.osm
+    section, uav = run.opened.scenario.network, run.problem.uav
+    name = section.net or section.osm
     if name is None:
         return None
     posix, powershell = for_posix(name), for_powershell(name)
-    if posix is None or powershell is None or not is_georeferenced(run.opened.network):
+    if posix is None or powershell is None:
         return None
-    lon_deg, lat_deg = lonlat(run.opened.network, np.array([uav.x_m, uav.y_m])).tolist()
-    rest = [f"--drone-at={lat_deg:.5f},{lon_deg:.5f}"]
+    place = f"{uav.x_m:.1f},{uav.y_m:.1f}"
+    if is_georeferenced(run.opened.network):
+        lon_deg, lat_deg = lonlat(run.opened.network, np.array([uav.x_m, uav.y_m])).tolist()
+        place = f"{lat_deg:.5f},{lon_deg:.5f}"
+    rest = [f"--drone-at={place}"]
     if np.isfinite(uav.max_flight_time_s):
         rest.append(f"--battery={uav.max_flight_time_s / 60:g}min")
     return {"sh": posix, "PowerShell": powershell, "rest": rest}

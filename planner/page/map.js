@@ -187,8 +187,10 @@ function drawGround() {
   drawScale(c);
 }
 
-// Degrees, by polynomials that were fitted to the net's own projection.
-function degrees(x, y) {
+// Latitude and longitude, by polynomials that were fitted to the net's own projection; without
+// one, metres.
+function words(x, y) {
+  if (!D.earth) return x.toFixed(1) + "," + y.toFixed(1);
   const e = D.earth, u = (x - e.middle[0]) / e.half, v = (y - e.middle[1]) / e.half;
   let k = 0, lat = 0, lon = 0;
   for (let i = 0; i <= 3; i++)

@@ -100,7 +100,7 @@ function nextLeg(way) {
 function call(x, y) {
   pin = [x, y];
   $("commands").replaceChildren();
-  $("place").textContent = D.earth ? degrees(x, y).replace(",", ", ") : `x ${x.toFixed(0)} m, y ${y.toFixed(0)} m`;
+  $("place").textContent = words(x, y).replace(",", ", ") + (D.earth ? "" : " m");
   $("why").textContent = D.call ? "Seen here " + (D.clock ? "at " + clock(now) : "now") + "? This plans anew:" : "";
   if (D.call) {
     const here = new Date(), at = D.clock ? moment(now).slice(0, 19) + zone() : pad(here.getHours()) + ":" + pad(here.getMinutes());
@@ -109,7 +109,7 @@ function call(x, y) {
       add($("commands"), "span", shell);
       const line = add($("commands"), "code", "");
       line.tabIndex = 0;
-      for (const word of ["planner now", net, `--last-seen=${degrees(x, y)}`, `--at=${at}`, ...D.call.rest]) {
+      for (const word of ["planner now", net, `--last-seen=${words(x, y)}`, `--at=${at}`, ...D.call.rest]) {
         add(line, "span", word);
         line.append(" ");
       }

@@ -15,11 +15,11 @@ MOST_KNOTS = 250_000  # 2 MB as text
 PART_OF_RADIUS = 0.1  # of the sensor's: how far off a target may be shown
 
 
-def picked(many: int) -> Ints:
-    """Return which of so many targets a page shows: all, or as many as it can, evenly picked."""
-    if many <= MOST_TARGETS:
+def picked(many: int, most: int = MOST_TARGETS) -> Ints:
+    """Return which of so many targets are shown: all, or as many as can be, evenly picked."""
+    if many <= most:
         return np.arange(many)
-    return np.linspace(0, many - 1, MOST_TARGETS).round().astype(np.int64)
+    return np.linspace(0, many - 1, most).round().astype(np.int64)
 
 
 def drawn_knots(futures: Futures, radius_m: float) -> Knots:

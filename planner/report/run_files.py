@@ -7,13 +7,21 @@ from typing import Any
 import numpy as np
 
 from planner.clock import clock
-from planner.export.sumo_gui import write_overlay
+from planner.export.sumo_gui import (
+    net_to_open,
+    write_configuration,
+    write_look,
+    write_overlay,
+)
 from planner.flight.plan import Plan
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
 from planner.mission.run_folder import (
     EVALUATION,
+    GUI,
+    LOOK,
+    NET,
     OVERLAY,
     PICTURE,
     PLAN,
@@ -34,12 +42,15 @@ def write_run(
     *,
     title: str,
 ) -> None:
-    """Write ``plan.json``, ``evaluation.parquet``, ``plan.png`` and ``plan.add.xml``."""
+    """Write ``plan.json``, ``evaluation.parquet``, ``plan.png`` and what sumo-gui opens."""
     assert row.planned is not None
     assert row.evaluated is not None
     write_plan(folder / PLAN, content)
     _write_evaluation(folder / EVALUATION, row, problem.network.credit)
     write_overlay(folder / OVERLAY, plan, problem.network, problem.airspace)
+    write_look(folder / LOOK)
+    net = net_to_open(problem.network.path, folder / NET)
+    write_configuration(folder / GUI, net, overlay=OVERLAY, look=LOOK, until_s=problem.horizon_s)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
         f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,

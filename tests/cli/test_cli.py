@@ -35,7 +35,15 @@ SCENARIOS = {
     "berlin": ("--set", "search.particles=3", "--set", "search.horizon_s=400"),
     f"{TOWN}/scenario.toml": ("--set", "target.driving=free", "--set", "search.particles=10"),
 }
-FILES = {"plan.json", "evaluation.parquet", "run.json", "plan.png", "plan.add.xml"}
+SHOWN = {
+    "plan.png",
+    "page.html",
+    "plan.add.xml",
+    "plan.sumocfg",
+    "plan.view.xml",
+    "plan.net.xml.gz",
+}
+FILES = {"plan.json", "evaluation.parquet", "run.json", *SHOWN}
 
 
 @pytest.fixture

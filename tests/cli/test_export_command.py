@@ -169,6 +169,8 @@ def test_parts_and_a_vehicle_s_parameters(run: Commands, tmp_path: Path, town_ru
     assert not (tmp_path / "b").exists()
     nameless = ("--by-hand", "5", "-o", tmp_path / "b")
     refused(run("export", town_run, *ORIGIN, *nameless), "--by-hand 5: no street with a name")
+    both = (*nameless, "--tolerance", "5")
+    refused(run("export", town_run, *ORIGIN, *both), "--tolerance: is for an autopilot's flight")
 
 
 def test_a_plan_for_the_ideal_aircraft(run: Commands, tmp_path: Path) -> None:

@@ -8,17 +8,18 @@ from pathlib import Path
 import pytest
 
 from planner.cli import now as command
-from planner.mission import now
-from planner.mission.now import Rung
+from planner.mission import now, now_events
+from planner.mission.now_events import Rung
 from support.command_line import TOWN, Commands
 
 WORDS = (TOWN, "--last-seen", "n", "--at", "-1min", "--drone-at", "nw", "--target", "joyride")
-FILES = ["evaluation.parquet", "plan.add.xml", "plan.json", "plan.png", "run.json", "scenario.toml"]
+FILES = ["evaluation.parquet", "page.html", "plan.add.xml", "plan.json", "plan.png"]
+FILES += ["run.json", "scenario.toml"]
 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Commands:
-    monkeypatch.setattr(now, "RUNGS", (Rung(6, 200, 8), Rung(12, 400, 16)))
+    monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(12, 400, 16)))
     monkeypatch.setattr(now, "OTHERS", 4)
     return Commands(capsys)
 
@@ -69,7 +70,7 @@ def test_now_leaves_a_run_whose_scenario_gives_the_same_plan(run: Commands, tmp_
     assert sorted(file.name for file in folder.iterdir()) == FILES
     again = tmp_path / "again"
     assert run("plan", folder, "-o", again).code == 0
-    for name in ("plan.json", "evaluation.parquet", "plan.add.xml"):
+    for name in ("plan.json", "evaluation.parquet", "plan.add.xml", "page.html"):
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
     taken = run("now", *WORDS, "-o", folder)
     assert taken.code == 2
@@ -84,7 +85,7 @@ def test_a_key_ends_with_the_best_plan(
         yield lambda: True
 
     monkeypatch.setattr(command, "_key_pressed", pressed)
-    monkeypatch.setattr(now, "RUNGS", (Rung(6, 200, 8), Rung(13, 400, 17)))
+    monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(13, 400, 17)))
     said = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--json")
     assert said.json["stopped"]
     assert said.json["plans"] == 1

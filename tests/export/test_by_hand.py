@@ -190,4 +190,6 @@ def test_legs_are_put_in_one_by_one_where_they_add_most(seed: int) -> None:
     every = [[*flown] for n in (1, 2) for flown in product(range(4), repeat=n)]  # some twice
     assert worth(chosen) <= max(map(worth, every))
     assert len(chosen) <= 2
+    others = [[*chosen[:at], k, *chosen[at + 1 :]] for at in range(len(chosen)) for k in range(4)]
+    assert worth(chosen) >= max(map(worth, others))  # no single change is better
     assert chosen_legs(range(4), 2, lambda _: -math.inf) == []

@@ -10,7 +10,8 @@ import pytest
 
 from planner.mission import now
 from planner.mission.call import Call, Words, understood
-from planner.mission.now import (
+from planner.mission.now import events
+from planner.mission.now_events import (
     BetterPlan,
     Cloud,
     Done,
@@ -20,7 +21,6 @@ from planner.mission.now import (
     NoBetter,
     Outlook,
     Rung,
-    events,
 )
 from planner.mission.opening import open_scenario
 from planner.report import call_screen
@@ -111,10 +111,18 @@ def test_a_search_that_takes_too_long_is_made_again_for_a_later_take_off(
     assert early < first.elapsed_s <= late == first.take_off_s
 
 
-def test_a_drone_that_is_ready_later_waits(little: None, call: Call, tmp_path: Path) -> None:
-    later = call.changed(uav={"take_off_s": 200.0})
-    seen = planned(later, tmp_path, How(steps(1.0), workers=1, rungs=RUNGS[:1]))
-    assert next(one for one in seen if isinstance(one, FirstPlan)).take_off_s == 200.0
+def test_a_drone_that_is_ready_later_waits_and_a_heading_may_be_wrong(
+    little: None, tmp_path: Path
+) -> None:
+    words = Words(TOWN, "n", "-1min", ("nw",), heading="E", target="joyride", ready="+200s")
+    seen = planned(understood(words, NOW), tmp_path, How(steps(1.0), workers=1, rungs=RUNGS[:1]))
+    _, first, outlook, _ = seen
+    assert isinstance(first, FirstPlan)
+    assert first.take_off_s == 200.0
+    assert isinstance(outlook, Outlook)
+    names = [one.name for one in outlook.conditions]
+    assert names == ["it drives", "it parked", "the heading is wrong"]
+    assert outlook.headings == ()
 
 
 def test_who_asks_gets_the_best_so_far(little: None, call: Call, tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """A page in a browser: what a person sees, presses and reads; pictures of it are kept."""
 
+import argparse
 import re
+import shlex
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from page.test_page import EVIL
+from planner.cli.call_arguments import add_call, call_of
+from planner.clock import moment
 from planner.mission.opening import OpenScenario
 from planner.page.page import page
 from planner.page.shown import Shown
@@ -16,6 +20,7 @@ from support.browser import Browser, opened
 from support.page_runs import called, shown
 
 PICTURES = Path(__file__).parents[2] / ".pytest_cache" / "pages"
+A_MINUTE_LATER = moment("2026-05-01T14:08:00+05:30")  # than take-off, where pages open
 WIDTHS = {"phone": 390, "desktop": 1280}
 TAP = """
 const map = document.getElementById("map"), [x, y] = arguments;
@@ -114,6 +119,12 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
         f"planner now 'sumo:tools/game/DRT/osm.net.xml' --last-seen={lat:.5f},{lon:.5f} "
         "--at=2026-05-01T14:07:00+05:30 --drone-at="
     )
+    parser = argparse.ArgumentParser()
+    add_call(parser)
+    meant = call_of(parser.parse_args(shlex.split(browser.text("code"))[2:]), A_MINUTE_LATER)
+    said = dict(meant.understood)
+    assert said["last seen"].startswith(f"{lat:.5f} N {lon:.5f} E")
+    assert said["seen at"].endswith("60 s ago")
     browser.picture(PICTURES / "tapped.png")
     browser.press("Escape")
     assert browser.script("return document.getElementById('call').hidden")

@@ -3,6 +3,7 @@
 import base64
 import shlex
 import subprocess
+from dataclasses import replace
 from datetime import timedelta
 
 import numpy as np
@@ -245,6 +246,14 @@ def test_no_command_has_a_name_that_a_terminal_obeys(berlin: OpenScenario, name:
     assert for_posix(name) is for_powershell(name) is None
     run = shown(called(berlin, net=name), 3)
     assert page_content(run, Drawn.of(run))["call"] is None
+
+
+def test_a_net_without_a_projection_has_metres(berlin: OpenScenario) -> None:
+    plane = replace(berlin, network=replace(berlin.network, projection=None))
+    run = shown(called(plane, net="town.net.xml"), 3)
+    content = page_content(run, Drawn.of(run))
+    assert content["earth"] is None
+    assert content["call"]["rest"][0] == "--drone-at=600.0,700.0"
 
 
 def test_a_command_is_numbers_but_for_the_net(berlin: OpenScenario) -> None:
