@@ -16,8 +16,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.messages import counted
 from planner.mission.trial import Trial
-from planner.network.georeference import is_georeferenced
-from planner.network.place_words import coordinates
+from planner.network.georeference import coordinates, is_georeferenced
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase
 from planner.report.formats import Column, FittingTable, percent

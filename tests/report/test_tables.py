@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
-from planner.network.place_words import coordinates
+from planner.network.georeference import coordinates
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
