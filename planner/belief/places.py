@@ -1,6 +1,7 @@
 """Where roads are: the stretches of edges near a place, along a heading or within an area."""
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signals_of
 
+IN_MEMORY = 8  # networks whose lines a process keeps
 ALONG_DEG = 45.0  # by which a road may differ from a heading
 FAR_M = 2000.0  # from any road: a place there is not meant
 SAME_M = 1e-6  # pieces that end and begin so near each other are one stretch
@@ -34,6 +36,7 @@ class Piece(NamedTuple):
     to_m: float
 
 
+@lru_cache(IN_MEMORY)
 def lines_of(network: RoadNetwork) -> Lines:
     """Return the lines of a network's edges: the lane that a car uses, or the drawn road."""
     edges = len(network.edge_ids)

@@ -201,6 +201,9 @@ class _Heard:
         place = self._tried("--last-seen", lambda: self._seen())
         if place is None or profile is None or (to_deg is None and words.heading is not None):
             return None
+        if place.edges and words.radius_m is not None:
+            text = f"goes with a point, and {place.called} is all of its length; leave it out"
+            self.faults.append(Fault("--radius-m", text))
         start = self._tried("--last-seen", lambda: self._start(place, to_deg))
         radius = "" if place.edges else f", within {self._radius_m:g} m"
         to = "" if to_deg is None else f", heading {point_of(to_deg)} ({to_deg:g} deg)"

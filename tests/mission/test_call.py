@@ -105,6 +105,10 @@ def test_all_wrong_words_are_refused_together() -> None:
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
+        (
+            {"last_seen": "Am Studio", "radius_m": 9.0},
+            "--radius-m: goes with a point, and Am Studio",
+        ),
         ({"until": "14:06"}, "--until: 14:06 is not after the drone is ready, 14:07:30"),
         ({"battery": "long"}, '--battery: "long" is no duration'),
         ({"at": "2026-04-01T10:00"}, "too long for a call"),
@@ -115,7 +119,7 @@ def test_all_wrong_words_are_refused_together() -> None:
         ({"net": "berlim"}, "did you mean berlin?"),
     ],
 )
-def test_what_cannot_be(changed: dict[str, str], said: str) -> None:
+def test_what_cannot_be(changed: dict[str, object], said: str) -> None:
     with pytest.raises(InputError) as refused:
         call(**changed)
     assert said in str(refused.value)
