@@ -52,6 +52,21 @@ def standard_error(values: Floats, share: Floats) -> float:
     return float(np.sqrt(variance))
 
 
+def half_width(values: Floats, weight: Floats) -> float:
+    """Return half the width of the 95 % interval of a sum of independent values, each by weight.
+
+    Parameters
+    ----------
+    weight
+        Of each value. What they miss of 1 is known, not drawn, and adds no width; where nothing is
+        drawn, the width is infinite as it is for a single value.
+    """
+    present = float(weight.sum())
+    if present <= 0.0:
+        return math.inf
+    return NORMAL_95 * present * standard_error(values, weight / present)
+
+
 def student_interval(values: Sequence[float]) -> tuple[float, float]:
     """Return the 95 % interval of the mean of independent values (Student's t)."""
     from scipy.special import stdtrit

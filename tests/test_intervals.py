@@ -5,7 +5,7 @@ import pytest
 
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
-from planner.intervals import share_interval
+from planner.intervals import half_width, share_interval
 
 
 @pytest.mark.parametrize("truth", [0.02, 0.3, 0.5, 0.97])
@@ -47,3 +47,12 @@ def test_found_by_a_time() -> None:
     assert result.found_by_interval(100.0) == pytest.approx(result.found_interval)
     expected = 0.8 * np.array(share_interval(0.25, 4))
     assert result.found_by_interval(30.0) == pytest.approx(tuple(expected))
+
+
+def test_nineteen_of_twenty_intervals_of_a_mean_hold_it() -> None:
+    draws = np.random.default_rng(6).exponential(30.0, (4000, 200))
+    weight = np.full(200, 1 / 200)
+    off = [abs(values.mean() - 30.0) / half_width(values, weight) for values in draws]
+    assert np.mean(np.array(off) <= 1.0) == pytest.approx(0.95, abs=0.015)
+    assert half_width(draws[0], weight / 2) == pytest.approx(half_width(draws[0], weight) / 2)
+    assert half_width(draws[0], 0 * weight) == half_width(draws[0][:1], np.ones(1)) == np.inf

@@ -109,11 +109,10 @@ def _believed(arguments: argparse.Namespace, opened: OpenScenario, targets: Reco
 def _summary(
     found: Debrief, opened: OpenScenario, state: State, roads: Sequence[RoadState]
 ) -> dict[str, Any]:
-    still = {
-        "time_s": state.time_s,
-        "elsewhere_probability": state.elsewhere_probability,
-        "roads": [{**vars(road), **where.whereabouts(road, opened.network)} for road in roads],
-    }
+    elsewhere = state.elsewhere_probability
+    still = where.where_content(
+        roads, opened.network, time_s=state.time_s, elsewhere_probability=elsewhere
+    )
     return told.as_dict(found) | {"still": still}
 
 

@@ -156,9 +156,10 @@ def run(arguments: argparse.Namespace) -> int:
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
-    first: Any = tables.flights_table(flown.evaluation, in_town=not opened.network.is_abstract)
+    in_town = not opened.network.is_abstract
+    first: Any = tables.flights_table(flown.evaluation, in_town=in_town)
     if arguments.route is not None:
-        first = run_files.mission_line(flown)
+        first = run_files.mission_line(flown, in_town=in_town)
         summary["found"] = bool(flown.evaluation.found[0])
     print_result(arguments, summary, [first, *note, f"written to {written}"])
     return 0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +69,7 @@ class _Targets:
 class _Planned:
     """The result of a search."""
 
+    opened: OpenScenario
     problem: Problem  # that the plan solves
     attempt: Attempt
     certificate: Certificate | None = None
@@ -90,6 +91,21 @@ class _Found(_Planned):
         """Its row in a table."""
         return replace(tables.row_of(self.trial), fresh=self.fresh)
 
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """What ``plan.json`` holds."""
+        content = plan_content(
+            self.trial.plan,
+            self.problem,
+            planned=self.trial.planned,
+            evaluated=self.trial.evaluated,
+            seed=self.opened.scenario.search.seed,
+            sighted_at=self.opened.scenario.target.sighted_at,
+        )
+        if self.timing:
+            content["evaluated"]["timing"] = timing_content(self.timing)
+        return content
+
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Plan a search, evaluate it on fresh targets, and write the run."""
@@ -103,47 +119,38 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
         planned = _planned(arguments, opened, method, targets)
         watch.lap("search")
         preview = Preview(arguments, opened, planned.attempt)
-        found = _evaluated(arguments, opened, targets, planned, preview)
+        found = _evaluated(arguments, targets, planned, preview)
         watch.lap("fresh targets")
-        watch.took_s["planning"] = found.trial.took_s
-        content = _plan_content(opened, found)
         if folder is not None:
-            _write_all(folder, arguments, opened, targets, found, content, watch)
-    summary = {key: content[key] for key in ("method", "planned", "evaluated")}
+            _write_all(folder, arguments, targets, found, watch)
+    summary = {key: found.content[key] for key in ("method", "planned", "evaluated")}
     if arguments.gap is not None:
         summary["certificate"] = found.certificate and certificate_file.certificate_content(
             found.problem, found.certificate
         )
     summary["directory"] = arguments.output and str(arguments.output)
-    blocks = _blocks(arguments, opened, found, own=targets.own is not None, shown=preview.is_shown)
+    blocks = _blocks(arguments, found, own=targets.own is not None, shown=preview.is_shown)
     print_result(arguments, summary, blocks)
     return 0
 
 
 def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -> None:
     """Write the run of a call's plan, as `planner plan` writes that of its scenario."""
-    opened, watch = event.opened, Watch()
+    watch = Watch()
     targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
-    planned = _Planned(event.problem, event.trial)
-    found = _evaluated(arguments, opened, targets, planned, None)
-    watch.took_s["planning"] = found.trial.took_s
-    _write_all(folder, arguments, opened, targets, found, _plan_content(opened, found), watch)
+    planned = _Planned(event.opened, event.problem, event.trial)
+    _write_all(folder, arguments, targets, _evaluated(arguments, targets, planned, None), watch)
 
 
-def _write_all(  # noqa: PLR0913
-    folder: Path,
-    arguments: argparse.Namespace,
-    opened: OpenScenario,
-    targets: _Targets,
-    found: _Found,
-    content: dict[str, Any],
-    watch: Watch,
+def _write_all(
+    folder: Path, arguments: argparse.Namespace, targets: _Targets, found: _Found, watch: Watch
 ) -> None:
     """Write all files of a run."""
-    _write(folder, opened, found, content)
-    _write_page(folder, arguments, opened, found, targets)
+    watch.took_s["planning"] = found.trial.took_s
+    _write(folder, found)
+    _write_page(folder, arguments, found, targets)
     watch.lap("files")
-    record = record_of(arguments, opened, content, targets.planning, watch)
+    record = record_of(arguments, found.opened, found.content, targets.planning, watch)
     if targets.own is not None:
         record |= paths_in_record(OWN_FUTURES, targets.own.path, arguments.output)
         record[OWN_BEGIN] = targets.own.begin_s
@@ -190,11 +197,7 @@ def _own_futures(arguments: argparse.Namespace) -> OwnFutures | None:
 
 
 def _evaluated(
-    arguments: argparse.Namespace,
-    opened: OpenScenario,
-    targets: _Targets,
-    planned: _Planned,
-    preview: Preview | None,
+    arguments: argparse.Namespace, targets: _Targets, planned: _Planned, preview: Preview | None
 ) -> _Found:
     """Return a plan with what it is worth on targets that had no part in making it."""
     fresh, attempt = targets.kept_out, planned.attempt
@@ -203,7 +206,7 @@ def _evaluated(
         def so_far(first: Futures) -> str:
             return sentences.so_far(attempt.evaluated_on(first))
 
-        fresh = evaluation_recorded(arguments, opened, begins=preview, note=so_far)
+        fresh = evaluation_recorded(arguments, planned.opened, begins=preview, note=so_far)
     problem = planned.problem
     judged = (fresh.futures, problem.sensor, problem.objective)
     is_real = problem.uav.aircraft is not None
@@ -242,7 +245,7 @@ def _planned(
                 return None
 
         if arguments.gap is None:
-            return _Planned(problem, planned(1, seconds))
+            return _Planned(opened, problem, planned(1, seconds))
 
         def fly(order: Sequence[int], attempt: Attempt) -> Attempt:
             return try_order(problem, order, attempt)
@@ -251,17 +254,17 @@ def _planned(
         attempt, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
-        return _Planned(problem, attempt, certificate, *reasons[:1])
+        return _Planned(opened, problem, attempt, certificate, *reasons[:1])
 
 
-def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str, Any]) -> None:
-    problem, trial, certificate = found.problem, found.trial, found.certificate
+def _write(folder: Path, found: _Found) -> None:
+    opened, problem, trial = found.opened, found.problem, found.trial
+    certificate = found.certificate
     name = opened.scenario.name
     if not opened.network.is_abstract:
         name = opened.scenario.title or name
     title = f"{name}: {trial.method}"
-    row = found.row
-    run_files.write_run(folder, problem, trial.plan, content, row, title=title)
+    run_files.write_run(folder, problem, trial.plan, found.content, found.row, title=title)
     if certificate is not None:
         summary = certificate_file.certificate_content(problem, certificate)
         plan_file = folder / run_folder.PLAN
@@ -269,12 +272,9 @@ def _write(folder: Path, opened: OpenScenario, found: _Found, content: dict[str,
 
 
 def _write_page(
-    folder: Path,
-    arguments: argparse.Namespace,
-    opened: OpenScenario,
-    found: _Found,
-    targets: _Targets,
+    folder: Path, arguments: argparse.Namespace, found: _Found, targets: _Targets
 ) -> None:
+    opened = found.opened
     methods = [method for method in COMPARED if method.name != found.trial.method]
     others = compared(arguments, opened, methods, targets.planning.futures, found.met)
     run = Shown(opened, found.trial.plan, found.met, found.trial.evaluated, others)
@@ -282,7 +282,7 @@ def _write_page(
 
 
 def _blocks(
-    arguments: argparse.Namespace, opened: OpenScenario, found: _Found, *, own: bool, shown: bool
+    arguments: argparse.Namespace, found: _Found, *, own: bool, shown: bool
 ) -> Iterator[Any]:
     """Yield the tables and sentences to print.
 
@@ -293,7 +293,7 @@ def _blocks(
     shown
         Whether the flight has been shown already.
     """
-    trial, certificate = found.trial, found.certificate
+    opened, trial, certificate = found.opened, found.trial, found.certificate
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
@@ -301,7 +301,7 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
-    yield from _hints(opened, found, own=own)
+    yield from _hints(found, own=own)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
     if own:
@@ -318,10 +318,10 @@ def _blocks(
         yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
 
-def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
+def _hints(found: _Found, *, own: bool) -> Iterator[str]:
     """Yield who leaves the map, and whether the plan was made on too few particles."""
-    scenario, trial, hint = opened.scenario, found.trial, None
-    if not opened.network.is_abstract:
+    scenario, trial, hint = found.opened.scenario, found.trial, None
+    if not found.opened.network.is_abstract:
         yield from sentences.prospects_lines(found.prospects)
         hint = sentences.few_in_town(len(trial.planned.weight))
     if own or scenario.truth != scenario.target:
@@ -330,17 +330,3 @@ def _hints(opened: OpenScenario, found: _Found, *, own: bool) -> Iterator[str]:
     hint = hint or sentences.particles_hint(trial.planned, trial.evaluated, sampling)
     if hint:
         yield hint
-
-
-def _plan_content(opened: OpenScenario, found: _Found) -> dict[str, Any]:
-    content = plan_content(
-        found.trial.plan,
-        found.problem,
-        planned=found.trial.planned,
-        evaluated=found.trial.evaluated,
-        seed=opened.scenario.search.seed,
-        sighted_at=opened.scenario.target.sighted_at,
-    )
-    if found.timing:
-        content["evaluated"]["timing"] = timing_content(found.timing)
-    return content

@@ -65,4 +65,4 @@ def flight_table(plan: Plan, opened: OpenScenario) -> FittingTable:
     until_s = opened.scenario.search.horizon_s
     if plan.follows_roads:
         return tables.legs_table(plan, opened.network, until_s)
-    return tables.waypoints_table(plan, until_s)
+    return tables.waypoints_table(plan, opened.network, until_s)

@@ -6,6 +6,7 @@ It loads none of the stages, so that `planner doctor` can print where their libr
 import argparse
 import json
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SHORT = 10  # characters of a number that inexact sums have missed, where it is as short as that
+UNPARTED = "\ue000"  # for private use; rich parts lines at a no-break space
+BEFORE_UNIT = re.compile(r"(?<=\d) (?=%|(?:m/s2?|k?m|m?s|min|h|degrees)\b)")
 PLAIN_WIDTH = 120  # characters, where there is no terminal to ask
 
 
@@ -38,6 +41,7 @@ def console(file: TextIO | None = None) -> "Console":
         def render(self, *what: Any, **how: Any) -> Iterator[Segment]:
             for text, style, control in super().render(*what, **how):
                 shown = text if control else "\n".join(map(plain, text.split("\n")))
+                shown = shown.replace(UNPARTED, " ")
                 yield Segment(shown, style, control)
 
     # Names may hold [brackets].
@@ -51,13 +55,16 @@ def console(file: TextIO | None = None) -> "Console":
 def print_result(
     arguments: argparse.Namespace, summary: Mapping[str, Any], blocks: Iterable[Any]
 ) -> None:
-    """Print the result of a command: with --json its summary, else tables and sentences."""
+    """Print the result of a command: with --json its summary, else tables and sentences.
+
+    In sentences a number stands on one line with its unit.
+    """
     if arguments.json:
         print_json(_without_noise(summary))
         return
     out = console()
     for block in blocks:
-        out.print(block)
+        out.print(BEFORE_UNIT.sub(UNPARTED, block) if isinstance(block, str) else block)
 
 
 def _without_noise(content: Any) -> Any:

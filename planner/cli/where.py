@@ -2,7 +2,7 @@
 
 import argparse
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.cli.arguments import add_scenario, moment, path
 from planner.cli.printing import print_result
@@ -33,6 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="write where.csv and where.png to DIR"
     )
+    parser.add_argument("--all", action="store_true", help="list all roads, not only the likeliest")
     parser.add_argument("--force", action="store_true", help="overwrite files in DIR")
 
 
@@ -52,16 +53,15 @@ def run(arguments: argparse.Namespace) -> int:
         if folder is not None:
             where.write_where(folder, opened, state, roads)
     elsewhere = state.elsewhere_probability
-    summary = {
-        "time_s": arguments.at,
-        "elsewhere_probability": elsewhere,
-        "roads": [{**vars(road), **where.whereabouts(road, opened.network)} for road in roads],
-    }
-    table = where.where_table(
-        roads, opened.network, time_s=arguments.at, elsewhere_probability=elsewhere
-    )
-    written = [f"written to {arguments.output}"] if arguments.output else []
-    print_result(arguments, summary, [table, *written])
+    about = (roads, opened.network)
+    when = {"time_s": arguments.at, "elsewhere_probability": elsewhere}
+    most = len(roads) if arguments.all else where.MOST_ROWS
+    blocks: list[Any] = [where.where_table(*about, **when, most=most)]
+    if len(roads) > most:
+        blocks.append(f"--all lists all {len(roads):,} roads")
+    if arguments.output:
+        blocks.append(f"written to {arguments.output}")
+    print_result(arguments, where.where_content(*about, **when), blocks)
     return 0
 
 

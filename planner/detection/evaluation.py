@@ -9,7 +9,7 @@ from planner.arrays import Flags, Floats, Frozen, freeze
 from planner.checked import same_length, weights
 from planner.detection.objective import Objective
 from planner.errors import InputError
-from planner.intervals import NORMAL_95, share_interval, standard_error
+from planner.intervals import half_width, share_interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,15 +92,13 @@ class Evaluation(Frozen):
         probability 1 - p that there is no target is known, not drawn, and adds no width. Fewer
         than two draws tell nothing: the interval is then from 0 to the horizon.
         """
-        present = float(self.weight.sum())
-        if present <= 0.0:
+        if self.weight.sum() <= 0.0:
             return self.objective.horizon_s, self.objective.horizon_s
-        error_s = standard_error(self.time_s, self.weight / present)
-        if np.isinf(error_s):
+        half_s = half_width(self.time_s, self.weight)
+        if np.isinf(half_s):
             return 0.0, self.objective.horizon_s
-        half_width = NORMAL_95 * present * error_s
-        middle = self.expected_detection_time_s
-        return middle - half_width, middle + half_width
+        middle_s = self.expected_detection_time_s
+        return middle_s - half_s, middle_s + half_s
 
     @property
     def found_interval(self) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from planner.detection.evaluation import Evaluation
-from planner.intervals import NORMAL_95, standard_error
+from planner.intervals import half_width
 
 
 class Ahead(NamedTuple):
@@ -22,9 +22,8 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
     probabilities. Each target's two times belong together, so that what makes it hard for both
     does not widen the interval. Fewer than two draws tell nothing.
     """
-    by_s, present = one.objective.by_s, float(one.weight.sum())
-    other_s = other.expected_detection_time_s
-    if present <= 0.0 or other_s <= 0.0:
+    by_s, other_s = one.objective.by_s, other.expected_detection_time_s
+    if one.weight.sum() <= 0.0 or other_s <= 0.0:
         return Ahead(0.0, 0.0, 0.0)
     if by_s is None:
         share = 1.0 - one.expected_detection_time_s / other_s
@@ -32,5 +31,5 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
     else:
         share = one.found_by_probability(by_s) - other.found_by_probability(by_s)
         apart = one.objective.reward(one.seen_at) - other.objective.reward(other.seen_at)
-    half = NORMAL_95 * present * standard_error(apart, one.weight / present)
+    half = half_width(apart, one.weight)
     return Ahead(share, share - half, share + half)

@@ -11,6 +11,8 @@ from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 
 QUANTILES = (0.05, 0.5, 0.95)
+MEDIAN = QUANTILES.index(0.5)
+UNKNOWN = "unknown"  # the road of particles whose edges no file names
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +46,14 @@ class State(Frozen):
 
 @dataclass(frozen=True)
 class RoadState:
-    """What is believed of the target on one edge; quantiles as ``QUANTILES`` names them."""
+    """What is believed of the target on one road; quantiles as ``QUANTILES`` names them."""
 
-    edge: str
+    road: str  # UNKNOWN where no edge is
+    edge: str  # that of the road on which it is likeliest
     probability: float
-    distance_m: tuple[float, ...]
+    distance_m: tuple[float, ...]  # along the road from its start; NaN where that is unknown
     speed_mps: tuple[float, ...]
+    xy_m: tuple[float, float]  # the place that has the median distance
 
 
 def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
@@ -66,9 +70,7 @@ def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
         weight=futures.weight[there],
         xy_m=xy_m,
         edge=edge,
-        distance_m=np.array(
-            [_along(network, e, point) for e, point in zip(edge, xy_m, strict=True)], dtype=float
-        ),
+        distance_m=_along_edges(network, edge, xy_m),
         speed_mps=_speeds(futures, there, knot, time_s),
     )
 
@@ -76,17 +78,36 @@ def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:
 def by_road(state: State, network: RoadNetwork) -> list[RoadState]:
     """Return the state road by road, the most probable first."""
     rows = []
-    for edge in np.unique(state.edge):
-        on = state.edge == edge
+    roads = np.where(state.edge == NO_EDGE, NO_EDGE, network.edge_road[state.edge])
+    along_m = _along_roads(state, network, roads)
+    for road in np.unique(roads):
+        on = np.flatnonzero(roads == road)
+        weight, edges = state.weight[on], state.edge[on]
+        likeliest = int(np.bincount(edges - NO_EDGE, weight).argmax()) + NO_EDGE
+        middle = on[_at_quantiles(along_m[on], weight)[MEDIAN]]
+        x_m, y_m = map(float, state.xy_m[middle])
         rows.append(
             RoadState(
-                edge="unknown" if edge == NO_EDGE else network.edge_ids[edge],
-                probability=float(state.weight[on].sum()),
-                distance_m=_quantiles(state.distance_m[on], state.weight[on]),
-                speed_mps=_quantiles(state.speed_mps[on], state.weight[on]),
+                road=UNKNOWN if road == NO_EDGE else network.road_ids[road],
+                edge=UNKNOWN if road == NO_EDGE else network.edge_ids[likeliest],
+                probability=float(weight.sum()),
+                distance_m=_quantiles(along_m[on], weight),
+                speed_mps=_quantiles(state.speed_mps[on], weight),
+                xy_m=(x_m, y_m),
             )
         )
     return sorted(rows, key=lambda row: -row.probability)
+
+
+def _along_roads(state: State, network: RoadNetwork, roads: Ints) -> Floats:
+    """Return how far along its road each particle is, (S,) metres; NaN where it is on none."""
+    if not network.is_merged:
+        return state.distance_m
+    found = [
+        np.nan if road == NO_EDGE else _along(network.shape(road), network.road_length_m[road], xy)
+        for road, xy in zip(roads, state.xy_m, strict=True)
+    ]
+    return np.array(found, dtype=float)
 
 
 def _speeds(futures: Futures, particle: Ints, knot: Ints, time_s: float) -> Floats:
@@ -99,11 +120,23 @@ def _speeds(futures: Futures, particle: Ints, knot: Ints, time_s: float) -> Floa
     return np.asarray(step_m / step_s)
 
 
-def _along(network: RoadNetwork, edge: int, point: Floats) -> float:
-    """Distance along an edge of the point on it that is nearest to a given one, metres."""
-    if edge == NO_EDGE:
-        return np.nan
-    shape = network.edge_shape(edge)
+def _along_edges(network: RoadNetwork, edges: Ints, xy_m: Floats) -> Floats:
+    """Return how far along its edge each place is, (S,) metres; NaN where the edge is unknown."""
+    found = [
+        np.nan if e == NO_EDGE else _along(network.edge_shape(e), network.edge_length_m[e], point)
+        for e, point in zip(edges, xy_m, strict=True)
+    ]
+    return np.array(found, dtype=float)
+
+
+def _along(shape: Floats, length_m: float, point: Floats) -> float:
+    """Distance along a line of the point on it that is nearest to a given one, metres.
+
+    Parameters
+    ----------
+    length_m
+        What the whole line measures, which may differ from what is drawn.
+    """
     step = np.diff(shape, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])
     share = np.einsum("ij,ij->i", point - shape[:-1], step) / np.maximum(length**2, 1e-12)
@@ -111,11 +144,16 @@ def _along(network: RoadNetwork, edge: int, point: Floats) -> float:
     off = np.linalg.norm(shape[:-1] + step * share[:, None] - point, axis=1)
     nearest = int(np.argmin(off))
     drawn_m = length[:nearest].sum() + length[nearest] * share[nearest]
-    return float(drawn_m * network.edge_length_m[edge] / length.sum())
+    return float(drawn_m * length_m / length.sum())
 
 
 def _quantiles(values: Floats, weight: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in values[_at_quantiles(values, weight)])
+
+
+def _at_quantiles(values: Floats, weight: Floats) -> Ints:
+    """Return where the quantiles of weighted values stand among them, one for each."""
     order = np.argsort(values, kind="stable")
     reached = np.cumsum(weight[order])
     at = np.searchsorted(reached, np.array(QUANTILES) * reached[-1] * (1 - 1e-12))
-    return tuple(float(value) for value in values[order][np.minimum(at, len(values) - 1)])
+    return np.asarray(order[np.minimum(at, len(values) - 1)])

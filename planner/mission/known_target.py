@@ -1,7 +1,7 @@
 """What the network and files say of a target's start, or what is wrong with it there."""
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from planner.arrays import Floats
@@ -10,17 +10,19 @@ from planner.belief.prior import Known, start_probability
 from planner.belief.starts import stretches_of
 from planner.belief.stretches import Stretches
 from planner.belief.ways import can_reach
+from planner.belief.zone_file import read_zone
 from planner.errors import Fault, InputError
 from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
 from planner.scenario.sections import TargetSection
-from planner.scenario.target_values import Goal, StretchStart
+from planner.scenario.target_values import Goal, StretchStart, TazStart
 
 log = logging.getLogger(__name__)
 
 TOLERANCE_M = 0.01  # lengths in net files have two decimals
 TINY = 1e-9  # of the probability
+SHOWN = 3  # edges that a message names
 
 
 def known_target(
@@ -71,6 +73,9 @@ def _goals(
         return None
     for i, goal in enumerate(listed):
         try:
+            if goal.taz is not None:
+                zone = read_zone(folder / (goal.file or ""), goal.taz)
+                _tell_unknown(f"{key}.goes[{i}]", goal.taz, zone.goals, network)
             places_of(goal, network, folder)
         except InputError as error:
             found.append(Fault(f"{key}.goes[{i}]", str(error)))
@@ -80,6 +85,22 @@ def _goals(
     except InputError as error:
         found.append(Fault(f"{key}.goes", str(error)))
         return None
+
+
+def _tell_unknown(key: str, taz: str, edges: Collection[str], network: RoadNetwork) -> None:
+    """Say which edges of a zone the net does not have; those that are not for cars it does."""
+    known = network.edge_index.keys() | network.closed_edges
+    unknown = [name for name in edges if name not in known]
+    if unknown:
+        log.warning(
+            "%s: %d of the %d edges of the taz %s are not in the net, and left out (%s%s)",
+            key,
+            len(unknown),
+            len(edges),
+            taz,
+            ", ".join(unknown[:SHOWN]),
+            ", ..." if len(unknown) > SHOWN else "",
+        )
 
 
 def _goal_faults(
@@ -111,6 +132,9 @@ def _stretches(
             found += wrong
             return None
     try:
+        if isinstance(target.start, TazStart):
+            zone = read_zone(folder / target.start.file, target.start.taz)
+            _tell_unknown(f"{key}.start", target.start.taz, zone.starts, network)
         return stretches_of(target.start, network, folder)
     except InputError as error:
         found.append(Fault(f"{key}.start", str(error)))

@@ -91,19 +91,7 @@ def open_scenario(
                 known[part_key], wrong = _known(part_key, part, network, draft, notes)
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
-        faults += uav_faults(draft.uav, network)
-        uav_is_sound = draft.uav is not None and not any(one.is_about("uav.") for one in faults)
-        uav = draft.uav if uav_is_sound else None
-        airspace, found = airspace_of(draft.airspace, draft.folder, network, uav)
-        faults += found
-        if draft.uav is not None and uav_is_sound:
-            faults += landing_faults(draft.uav, network)
-            if draft.search is not None and draft.sensor is not None:
-                reach_m = draft.uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
-                faults += far_faults(draft.uav, network, reach_m)
-            if airspace is not None:
-                start, home = start_xy(draft.uav.start, network), return_xy(draft.uav, network)
-                faults += place_faults(airspace, network, start, home)
+        airspace = _airspace(draft, network, faults)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -116,6 +104,24 @@ def open_scenario(
         airspace=airspace,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _airspace(draft: Draft, network: RoadNetwork, faults: list[Fault]) -> Airspace | None:
+    """Return where the UAV may fly, None for anywhere; adds what is wrong with its places."""
+    faults += uav_faults(draft.uav, network)
+    uav = None if any(one.is_about("uav.") for one in faults) else draft.uav
+    airspace, found = airspace_of(draft.airspace, draft.folder, network, uav)
+    faults += found
+    if uav is None:
+        return airspace
+    faults += landing_faults(uav, network)
+    if draft.search is not None and draft.sensor is not None:
+        reach_m = uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
+        faults += far_faults(uav, network, reach_m)
+    if airspace is not None:
+        start, home = start_xy(uav.start, network), return_xy(uav, network)
+        faults += place_faults(airspace, network, start, home)
+    return airspace
 
 
 def _known(

@@ -10,7 +10,7 @@ from planner.messages import as_written, suggestion
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 from planner.scenario.uav import UavSection
-from planner.scenario.values import LonLatPlace, NodeLanding, NodeStart, PointStart, UavStart
+from planner.scenario.uav_values import LonLatPlace, NodeLanding, NodeStart, PointStart, UavStart
 
 FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
 

@@ -55,6 +55,18 @@ def lonlat(network: RoadNetwork, xy_m: Floats) -> Floats:
     return found
 
 
+def coordinates(network: RoadNetwork, xy_m: Floats) -> str:
+    """Return a point as people write it: latitude and longitude, or metres without a projection."""
+    if not is_georeferenced(network):
+        return f"x {xy_m[0]:,.0f} m, y {xy_m[1]:,.0f} m"
+    lon, lat = lonlat(network, xy_m).tolist()
+    return f"{_pointing(lat, 'NS')} {_pointing(lon, 'EW')}"
+
+
+def _pointing(degrees: float, letters: str) -> str:
+    return f"{abs(degrees):.5f} {letters[degrees < 0]}"
+
+
 def xy_of_lonlat(network: RoadNetwork, lonlat_deg: Floats) -> Floats:
     """Return where places given by longitude and latitude (WGS 84) lie in a net, (..., 2) metres.
 

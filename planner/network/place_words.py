@@ -16,7 +16,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.errors import InputError
 from planner.messages import as_written
-from planner.network.georeference import is_georeferenced, lonlat, xy_of_lonlat
+from planner.network.georeference import coordinates, is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import street_names
 
@@ -136,18 +136,6 @@ def _other_way_round(text: str, network: RoadNetwork) -> str:
     if network.edge_lines.nearest(turned).away_m > FAR_M:
         return ""
     return f"did you mean {as_written(lat)} and {as_written(lon)} the other way round?"
-
-
-def coordinates(network: RoadNetwork, xy_m: Floats) -> str:
-    """Return a point as people write it: latitude and longitude, or metres without a projection."""
-    if not is_georeferenced(network):
-        return f"x {xy_m[0]:,.0f} m, y {xy_m[1]:,.0f} m"
-    lon, lat = lonlat(network, xy_m).tolist()
-    return f"{_pointing(lat, 'NS')} {_pointing(lon, 'EW')}"
-
-
-def _pointing(degrees: float, letters: str) -> str:
-    return f"{abs(degrees):.5f} {letters[degrees < 0]}"
 
 
 def heading(text: str) -> float:

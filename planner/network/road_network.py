@@ -190,6 +190,11 @@ class RoadNetwork(Frozen):
         return straight and bool(np.all(np.abs(away_m) <= POINT_M))
 
     @cached_property
+    def is_merged(self) -> bool:
+        """Whether roads are made of several edges; else they are the edges."""
+        return self.road_ids != self.edge_ids
+
+    @cached_property
     def closed_edges(self) -> frozenset[str]:
         """Names of the edges that no car may use."""
         return frozenset(self.closed_edge_ids)

@@ -89,7 +89,7 @@ def with_roads(network: RoadNetwork, tolerance_m: float) -> RoadNetwork:
     tolerance_m = number("tolerance_m", tolerance_m, least=0.0)
     if network.is_abstract or tolerance_m == 0.0:
         return network
-    if network.road_ids != network.edge_ids:
+    if network.is_merged:
         raise InputError("network: its roads are merged already; give the one that was read")
     return _roads(network, tolerance_m)
 

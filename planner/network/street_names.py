@@ -89,18 +89,6 @@ def road_phrase(network: RoadNetwork, leg: int) -> str:
     return f"{name}, from {start}" if start else name
 
 
-def stretch_phrase(network: RoadNetwork, road: int) -> str:
-    """Return what a road is called, whatever its direction.
-
-    As in "Rudower Chaussee, between Groß-Berliner Damm and Wegedornstraße".
-    """
-    name, *ends = _called(network, 2 * road)
-    streets = sorted({end for end in ends if end})
-    if len(streets) == 2:
-        return f"{name}, between {streets[0]} and {streets[1]}"
-    return f"{name}, at {streets[0]}" if streets else name
-
-
 def _called(network: RoadNetwork, leg: int) -> tuple[str, str, str]:
     """Return a leg's street and those that cross it at its start and its end; "" for none."""
     road, against = divmod(leg, 2)

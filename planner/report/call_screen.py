@@ -17,8 +17,7 @@ from planner.detection.prospects import gone_by
 from planner.mission.call import Call, clock_time
 from planner.mission.guess import told_reach
 from planner.mission.now_events import BetterPlan, Cloud, Condition, FirstPlan, NoBetter, Outlook
-from planner.network.georeference import grid_convergence_deg, is_georeferenced
-from planner.network.place_words import coordinates
+from planner.network.georeference import coordinates, grid_convergence_deg, is_georeferenced
 from planner.network.street_names import road_phrase
 from planner.report.formats import length
 

@@ -10,7 +10,7 @@ from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.export.about import BY_S
-from planner.intervals import NORMAL_95, standard_error
+from planner.intervals import half_width
 from planner.messages import counted
 from planner.mission.debrief import Debrief
 from planner.mission.plan_file import figures
@@ -28,11 +28,9 @@ class Apart(NamedTuple):
     @classmethod
     def of(cls, one: Floats, other: Floats, weight: Floats) -> "Apart":
         """Return it from what two flights make of each target, (N,), paired."""
-        present = float(weight.sum())
-        if present <= 0.0:
+        if weight.sum() <= 0.0:
             return cls(0.0, 0.0, 0.0)
-        mean = float(weight @ (one - other))
-        half = NORMAL_95 * present * standard_error(one - other, weight / present)
+        mean, half = float(weight @ (one - other)), half_width(one - other, weight)
         return cls(mean, mean - half, mean + half)
 
 

@@ -114,8 +114,14 @@ def flight_figures(record: MissionRecord) -> dict[str, Any]:
     )
 
 
-def mission_line(record: MissionRecord) -> str:
-    """Return what happened in the mission against the first target, in words."""
+def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
+    """Return what happened in the mission against the first target, in words.
+
+    Parameters
+    ----------
+    in_town
+        As `planner.report.tables.plan_table` takes it.
+    """
     evaluation = record.evaluation
     if not evaluation.found[0]:
         return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
@@ -123,8 +129,8 @@ def mission_line(record: MissionRecord) -> str:
     x_m, y_m = record.xy_m[0]
     where = f"at ({x_m:,.0f}, {y_m:,.0f}) m"
     leg = f" on leg {record.leg[0]}" if record.leg[0] else ""
-    goal = "before" if before else "after"
-    return f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}, {goal} it reached its goal"
+    found = f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
+    return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
 
 
 def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:

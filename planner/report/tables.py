@@ -3,24 +3,28 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
+import numpy as np
+
+from planner.arrays import Floats
 from planner.bounds.certificate import gap_of
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.flight.legs import leg_ends
 from planner.flight.plan import Plan
 from planner.flight.track import Track
+from planner.messages import counted
 from planner.mission.trial import Trial
+from planner.network.georeference import coordinates, is_georeferenced
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase
-from planner.report.formats import Column, FittingTable, percent, titled_table
+from planner.report.formats import Column, FittingTable, percent
 from planner.search.methods import is_pattern
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
 BEFORE_GOAL = "found before its goal"
+ENOUGH_TARGETS = 100  # for the approximations behind intervals of 95 %
+BESIDE_M = 30.0  # from a street is still in it
 MOST_ROWS = 40  # of roads or waypoints in a table; plan.json holds all
 
 
@@ -83,6 +87,7 @@ def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
             Column(f"{len(row.evaluated.weight):,}\n{row.fresh.name}"),
             Column("95 %\ninterval", rank=1),
         ),
+        caption=_few(len(row.evaluated.weight)),
     )
     time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
     by_s = row.evaluated.objective.by_s
@@ -138,33 +143,70 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     return table
 
 
-def waypoints_table(plan: Plan, until_s: float = math.inf) -> FittingTable:
+def waypoints_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> FittingTable:
     """Return where a flight off the roads goes, with times on the target's clock.
+
+    In a town a place is its street, and where it lies on the Earth if the net says so.
 
     Parameters
     ----------
     until_s
         As ``legs_table`` takes it.
     """
-    columns = [*map(Column, ("#", "x (m)", "y (m)", "arrives")), Column("leaves", rank=1)]
+    place = ("place",) if is_georeferenced(network) else ("x (m)", "y (m)")
+    named = has_street_names(network)
+    street = [Column("street", left=True, wraps=True)] * named
+    times = (Column("arrives"), Column("leaves", rank=1))
+    columns = (Column("#"), *street, *map(Column, place), *times)
     table = FittingTable("waypoints in the order flown", columns)
-    stays = [stay for track in plan.tracks for stay in _stays(track) if stay[2] < until_s]
+    stays = [stay for track in plan.tracks for stay in _stays(track) if stay.from_s < until_s]
     for order, (x_m, y_m, from_s, to_s) in enumerate(stays[:MOST_ROWS], 1):
-        place = (f"{x_m:,.0f}", f"{y_m:,.0f}")
-        table.add_row(str(order), *place, clock(from_s), clock(min(to_s, until_s)))
+        xy_m = np.array([x_m, y_m])
+        cells = [_street(network, xy_m)] * named
+        if is_georeferenced(network):
+            cells.append(coordinates(network, xy_m))
+        else:
+            cells += [f"{x_m:,.0f}", f"{y_m:,.0f}"]
+        table.add_row(str(order), *cells, clock(from_s), clock(min(to_s, until_s)))
     _tell_more(table, len(stays))
     return table
 
 
-def _stays(track: Track) -> list[tuple[float, float, float, float]]:
-    """Return the places of a flight: x and y in metres, arrival and departure in seconds."""
-    found: list[tuple[float, float, float, float]] = []
+def _street(network: RoadNetwork, xy_m: Floats) -> str:
+    """Return in or near which street a place is; "" where that has no name."""
+    near = network.edge_lines.nearest(xy_m)
+    name = network.edge_street[near.line]
+    return f"near {name}" if name and near.away_m > BESIDE_M else name
+
+
+class _Stay(NamedTuple):
+    """A place of a flight, and from when to when it is there."""
+
+    x_m: float
+    y_m: float
+    from_s: float
+    to_s: float
+
+
+def _stays(track: Track) -> list[_Stay]:
+    """Return the places of a flight in the order flown."""
+    found: list[_Stay] = []
     for time_s, x_m, y_m in zip(track.time_s, track.x_m, track.y_m, strict=True):
         begun_s = time_s
         if found and found[-1][:2] == (x_m, y_m):
-            begun_s = found.pop()[2]
-        found.append((float(x_m), float(y_m), float(begun_s), float(time_s)))
+            begun_s = found.pop().from_s
+        found.append(_Stay(float(x_m), float(y_m), float(begun_s), float(time_s)))
     return found
+
+
+def _few(targets: int) -> str:
+    """Return what has to be said of intervals from so many targets; "" where they are enough."""
+    if targets >= ENOUGH_TARGETS:
+        return ""
+    return (
+        f"intervals from {counted(targets, 'target')} are rough: trust them from "
+        f"{ENOUGH_TARGETS} on"
+    )
 
 
 def _tell_more(table: FittingTable, rows: int) -> None:
@@ -189,6 +231,7 @@ def compare_table(
     """
     rows = list(rows)
     deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
+    targets = [len(row.evaluated.weight) for row in rows if row.evaluated]
     with_gap = any(row.bound is not None for row in rows)
     table = FittingTable(
         title,
@@ -209,6 +252,7 @@ def compare_table(
             Column("roads", rank=7),
             Column("planning\ntook", rank=6),
         ),
+        caption=_few(min(targets, default=ENOUGH_TARGETS)),
     )
     for before, row in zip([rows[0], *rows] if rows else [], rows, strict=False):
         if is_pattern(row.method) != is_pattern(before.method):
@@ -221,7 +265,7 @@ def compare_table(
     return table
 
 
-def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> "Table":
+def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> FittingTable:
     """Return what flights against true targets achieved, with 95 % intervals.
 
     Parameters
@@ -229,9 +273,9 @@ def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> "Table":
     in_town
         As ``plan_table`` takes it.
     """
-    table = titled_table(f"{len(evaluation.weight):,} flights")
-    for name in ("", "value", "95 % interval"):
-        table.add_column(name, justify="right" if name else "left")
+    columns = (Column("", left=True, wraps=True), Column("value"), Column("95 % interval"))
+    many = len(evaluation.weight)
+    table = FittingTable(f"{many:,} flights", columns, caption=_few(many))
     if evaluation.objective.by_s is not None:
         by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
         within = evaluation.found_by_interval(evaluation.objective.by_s)

@@ -1,22 +1,26 @@
 """Where the target may be at a time: as a table, and as files."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner.clock import clock
 from planner.flight.track import Track
-from planner.futures.state_at import QUANTILES, RoadState, State
+from planner.futures.state_at import QUANTILES, UNKNOWN, RoadState, State
 from planner.mission.opening import OpenScenario
 from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import has_street_names, stretch_phrase
+from planner.network.street_names import has_street_names, road_phrase
 from planner.report.csv_file import write_csv
 from planner.report.formats import Column, FittingTable, percent
 from planner.report.picture import where_picture
 
 TABLE, PICTURE = "where.csv", "where.png"
 FILES = (TABLE, PICTURE)
+MOST_ROWS = 20  # of a table on a terminal
 
 
 def where_table(
@@ -25,7 +29,7 @@ def where_table(
     *,
     time_s: float,
     elsewhere_probability: float,
-    most: int = 20,
+    most: int = MOST_ROWS,
 ) -> FittingTable:
     """Return where the target is believed to be, road by road, the likeliest first.
 
@@ -46,7 +50,7 @@ def where_table(
             *([Column("street", left=True, wraps=True)] if named else []),
             Column("road", left=True, rank=3 if named else 0),
             Column("probability"),
-            Column(f"distance, m\n({quantiles})", rank=1),
+            Column(f"m from its start\n({quantiles})", rank=1),
             Column("speed, m/s", rank=2),
         ),
     )
@@ -54,7 +58,7 @@ def where_table(
         distance = " ".join(f"{metres:>7,.0f}" for metres in row.distance_m)
         speed = " ".join(f"{mps:5.1f}" for mps in row.speed_mps)
         called = [_street(row, network)] * named
-        table.add_row(*called, row.edge, percent(row.probability), distance, speed)
+        table.add_row(*called, row.road, percent(row.probability), distance, speed)
     blank = [""] * named
     if len(rows) > most:
         rest = sum(row.probability for row in rows[most:])
@@ -66,24 +70,49 @@ def where_table(
 
 
 def _street(row: RoadState, network: RoadNetwork) -> str:
-    edge = network.edge_index.get(row.edge)
-    return "" if edge is None else stretch_phrase(network, int(network.edge_road[edge]))
+    """Return a road in words, named from where distances along it start."""
+    return "" if row.road == UNKNOWN else road_phrase(network, 2 * network.road_index[row.road])
 
 
-def whereabouts(row: RoadState, network: RoadNetwork) -> dict[str, Any]:
+def where_content(
+    rows: Sequence[RoadState],
+    network: RoadNetwork,
+    *,
+    time_s: float,
+    elsewhere_probability: float,
+) -> dict[str, Any]:
+    """Return where the target is believed to be as plain data; None for what is unknown."""
+    return {
+        "time_s": time_s,
+        "elsewhere_probability": elsewhere_probability,
+        "roads": [_road_content(row, network) for row in rows],
+    }
+
+
+def _road_content(row: RoadState, network: RoadNetwork) -> dict[str, Any]:
+    distance_m = [None if math.isnan(metres) else metres for metres in row.distance_m]
+    return {
+        "road": row.road,
+        "edge": row.edge,
+        "probability": row.probability,
+        "distance_m": distance_m,
+        "speed_mps": row.speed_mps,
+        **_whereabouts(row, network),
+    }
+
+
+def _whereabouts(row: RoadState, network: RoadNetwork) -> dict[str, Any]:
     """Return where the road of a state is for people: its street, and a place on the Earth.
 
     Where the net has them: ``street``, and ``lon_deg`` and ``lat_deg`` of the median distance.
     """
     found: dict[str, Any] = {}
-    edge = network.edge_index.get(row.edge)
     if has_street_names(network):
         found["street"] = _street(row, network)
     if is_georeferenced(network):
-        median_m = row.distance_m[QUANTILES.index(0.5)]
         place = [None, None]
-        if edge is not None:
-            place = lonlat(network, network.edge_xy(edge, median_m)).tolist()
+        if row.road != UNKNOWN:
+            place = lonlat(network, np.array(row.xy_m)).tolist()
         found |= dict(zip(("lon_deg", "lat_deg"), place, strict=True))
     return found
 
@@ -99,11 +128,11 @@ def write_where(
     """Write ``where.csv`` and ``where.png``; in the picture, where a sensor has been, if any."""
     rows = []
     for road in roads:
-        row: dict[str, Any] = {"road": road.edge, "probability": road.probability}
+        row: dict[str, Any] = {"road": road.road, "probability": road.probability}
         for name in ("distance_m", "speed_mps"):
             quantiles = zip(QUANTILES, getattr(road, name), strict=True)
             row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}
-        rows.append(row | whereabouts(road, opened.network))
+        rows.append(row | _whereabouts(road, opened.network))
     write_csv(folder / TABLE, rows)
     title = opened.scenario.title
     where_picture(folder / PICTURE, opened.network, state, title=title, flown=flown)

@@ -4,17 +4,15 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
+from planner.scenario.uav_values import UavLanding, UavStart, Wind
 from planner.scenario.values import (
     Distance,
     PositiveSeconds,
     Radius,
     Seconds,
     Section,
-    UavLanding,
     UavRate,
     UavSpeed,
-    UavStart,
-    Wind,
 )
 
 IDEAL = "ideal"  # the paper's aircraft: at its height, at full speed and around corners at once

@@ -26,6 +26,7 @@ NAMES = {
 }
 LONGEST_LINE = 10_000  # characters of a header
 COLUMNS = "a table has columns such as utc (or time_s), lat, lon and height_m"
+GPX_COLUMNS = {"lat": "lat_deg", "lon": "lon_deg", "ele": "height_m", "time": "utc_s"}
 GPX = "a GPX track has <trkpt lat= lon=> with a <time> in each"
 
 
@@ -66,17 +67,11 @@ def _gpx_points(path: Path) -> Iterator[dict[str, float]]:
 
 def _gpx_point(where: str, element: Any) -> dict[str, float]:
     said = {_local(child): child.text or "" for child in element}
-    parts: tuple[tuple[str, str | None, Callable[[str], float]], ...] = (
-        ("lat_deg", element.get("lat"), float),
-        ("lon_deg", element.get("lon"), float),
-        ("height_m", said.get("ele"), float),
-        ("utc_s", said.get("time"), _utc),
-    )
-    called = {"lat_deg": "lat", "lon_deg": "lon", "height_m": "ele", "utc_s": "time"}
+    said |= {key: element.get(key, "") for key in ("lat", "lon")}
     return {
-        name: _value(f"{where}: {called[name]}", text, read)
-        for name, text, read in parts
-        if text is not None and text.strip()
+        column: _value(f"{where}: {key}", said[key], _utc if key == "time" else float)
+        for key, column in GPX_COLUMNS.items()
+        if said.get(key, "").strip()
     }
 
 

@@ -170,6 +170,23 @@ def test_zones_are_read_as_sumo_reads_them(tmp_path: Path) -> None:
     assert "weighs more than 0 (r0c0-r0c1)" in fault
 
 
+def test_edges_of_a_zone_that_the_net_does_not_have_are_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "zones.add.xml"
+    edges = "r0c0-r0c1 r0c1-r0c2 gone1 gone2 gone3 gone4"
+    path.write_text(f'<additional><taz id="old" edges="{edges}"/></additional>', encoding="utf-8")
+    zone = f'taz = "old", file = "{path}"'
+    assert np.count_nonzero(opened(f"target.start={{ {zone} }}").prior.edge_probability) == 2
+    left_out = "4 of the 6 edges of the taz old are not in the net, and left out"
+    assert [one.message for one in caplog.records] == [
+        f"target.start: {left_out} (gone1, gone2, gone3, ...)"
+    ]
+    caplog.clear()
+    opened(f"target.goes=[{{ {zone} }}]", 'target.driving="free"')
+    assert f"target.goes[0]: {left_out}" in caplog.text
+
+
 def test_who_was_seen_within_a_window_sets_out_in_it() -> None:
     seen = opened("target.last_seen_window_s=300")
     particles = sample(seen.prior, seen.network, 2000, stream(3), horizon_s=600.0)

@@ -123,6 +123,9 @@ def test_build_takes_an_extract(run: Commands, tmp_path: Path, osm: Path) -> Non
     built = run("build", "--osm", osm, "-o", net, "--json").json
     assert built["attribution"] == OF_OSM
     assert run("build", osm, "-o", net, "--force", "--json").json == built
+    told = run("build", osm).out.split()
+    assert "edges" in told
+    assert "roads" not in told  # what is one road is not known without a sensor
     assert read_net(net).attribution == OF_OSM
     packed = tmp_path / "town.net.xml.gz"
     assert run("build", net, "-o", packed).code == 0

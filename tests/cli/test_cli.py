@@ -21,7 +21,7 @@ import planner
 from planner.cli import main
 from planner.mission.run_folder import open_run
 from planner.network.sumo import binary, sumo_home
-from planner.report import run_files
+from planner.report import run_files, where
 from support.command_line import TOWN, Commands, Said, expected_s, flown_by_hand, in_a_process, rows
 
 ROOT = Path(__file__).parents[2]
@@ -333,7 +333,7 @@ def test_compare_shows_every_method(
     assert len(re.findall(r"[a-z]+-[a-z]+", ways[1])) >= 2  # the roads of the cycle
 
 
-def test_where(run: Commands, tmp_path: Path) -> None:
+def test_where(run: Commands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     options = ("figure3-gone", "--at", "0:16:40")
     said = run("where", *options, "-o", tmp_path / "where")
     assert "".join(said.out.split()).endswith(f"writtento{tmp_path / 'where'}")
@@ -346,6 +346,13 @@ def test_where(run: Commands, tmp_path: Path) -> None:
     second = [v for v in range(6, 31) if lengths_m["AB"] <= 1000 * v < sum(lengths_m.values())]
     assert table["BC"] == pytest.approx(len(second) / 50)
     assert run("where", *options, "-o", tmp_path / "where").code == 2
+    assert "--all" not in said.out
+    monkeypatch.setattr(where, "MOST_ROWS", 1)
+    short, whole = run("where", *options), run("where", *options, "--all")
+    assert f"--all lists all {len(table)} roads" in short.out
+    assert "other roads" in short.out
+    assert not {"other", "--all"} & set(whole.out.split())
+    assert set(table) <= set(whole.out.split())
 
 
 def test_build_writes_the_net(run: Commands, tmp_path: Path) -> None:

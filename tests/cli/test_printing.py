@@ -32,6 +32,19 @@ def test_inexact_sums_lose_their_last_digits(capsys: pytest.CaptureFixture[str])
     }
 
 
+@pytest.mark.parametrize("width", range(24, 60))
+def test_a_number_stands_with_its_unit(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    text = "15 m/s, 1.4 m/s2, corners within 2 m, up to 100 m at 2.5 m/s, 95 % by 7 men"
+    print_result(argparse.Namespace(json=False), {}, [text])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    assert " ".join(map(str.rstrip, lines)) == text
+    assert not [one for one in lines if one.startswith(("m/s", "m ", "m,", "%"))]
+
+
 def test_lines_of_a_summary_hold_six_digits() -> None:
     summary = {"net": "a.net.xml", "length_km": 123.45678901234, "roads": 1234567}
     assert summary_lines(summary) == [

@@ -7,6 +7,7 @@ from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.mission.fly import fly
+from planner.report.run_files import mission_line
 from planner.search.plan import plan_of_legs, plan_of_wait
 from planner.search.problem import Problem
 from support.instances import figure3, physics_futures
@@ -50,3 +51,6 @@ def test_waiting_at_the_goal_finds_what_arrives_but_not_before_its_goal() -> Non
     assert record.evaluation.found.tolist() == [True, False]
     assert record.leg.tolist() == [0, 0]
     assert record.evaluation.seen_at[0] < asked.futures.end_s[0]  # 200 m ahead of its goal
+    said = mission_line(record)
+    assert said.endswith(", before it reached its goal")
+    assert mission_line(record, in_town=True) == said.removesuffix(", before it reached its goal")

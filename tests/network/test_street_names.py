@@ -13,7 +13,6 @@ from planner.network.street_names import (
     no_edge,
     road_phrase,
     street_names,
-    stretch_phrase,
 )
 from support.instances import by_two_letters
 
@@ -49,9 +48,6 @@ def test_a_road_is_told_by_its_street_and_those_that_cross_it() -> None:
     assert road_phrase(network, leg(network, "CD", 1)) == (
         "Main Street, from Long Lane towards Side Street"
     )
-    assert stretch_phrase(network, network.road_index["CD"]) == (
-        "Main Street, between Long Lane and Side Street"
-    )
 
 
 def test_what_has_no_name_is_left_out_or_an_id() -> None:
@@ -59,11 +55,10 @@ def test_what_has_no_name_is_left_out_or_an_id() -> None:
     assert road_phrase(network, leg(network, "AB")) == "Main Street, towards Side Street"
     assert road_phrase(network, leg(network, "AB", 1)) == "Main Street, from Side Street"
     assert road_phrase(network, leg(network, "AG")) == "AG, from Main Street"
-    assert stretch_phrase(network, network.road_index["AB"]) == "Main Street, at Side Street"
     bare = by_two_letters(PLACES, "AB BC")
     assert not has_street_names(bare)
     assert has_street_names(network)
-    assert road_phrase(bare, 0) == stretch_phrase(bare, 0) == "AB"
+    assert road_phrase(bare, 0) == "AB"
     assert crossing(bare, bare.node_index["B"]) == "B"
 
 

@@ -1,6 +1,8 @@
 """Tables say the figures, and are plain where there is no terminal."""
 
 import io
+import json
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +18,8 @@ from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
-from planner.futures.state_at import by_road, state_at
+from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
+from planner.network.georeference import coordinates
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
@@ -27,7 +30,7 @@ from planner.report.tables import (
     plan_table,
     waypoints_table,
 )
-from planner.report.where import where_table
+from planner.report.where import where_content, where_table
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support.instances import figure3, physics_futures
@@ -137,9 +140,40 @@ def test_a_flight_off_the_roads_is_a_table_of_stays(printed: Callable[[object], 
         np.array([0.0, 0.0, 0.0, -9e3]),
         np.array([[0.0, 300.0]]),
     )
-    text = printed(waypoints_table(Plan("best", (track,), ((),))))
+    plan = Plan("best", (track,), ((),))
+    text = printed(waypoints_table(plan, NET))
     assert line(text, "2 ") == ["2", "6,000", "0", "0:01:00", "0:02:00"]
     assert line(text, "3 ") == ["3", "6,000", "-9,000", "0:05:00", "0:05:00"]
+    assert "street" not in text
+
+
+def test_in_a_town_a_waypoint_is_a_street_and_a_place_on_the_earth(
+    printed: Callable[[object], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    utm = "+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
+    streets = tuple({"AB": "Main Street"}.get(name, "") for name in NET.edge_ids)
+    town = replace(NET, edge_street=streets, projection=utm, net_offset_m=(-294e3, -5498e3))
+    track = Track([0.0, 60.0, 120.0], [0.0, 2e3, 2e3], [0.0, 0.0, 200.0], [[0.0, 120.0]])
+    plan = Plan("best", (track,), ((),))
+    monkeypatch.setenv("COLUMNS", "80")
+    text = printed(waypoints_table(plan, town))
+    place = coordinates(town, np.array([2e3, 0.0]))
+    assert re.fullmatch(r"49\.\d{5} N 6\.\d{5} E", place)
+    assert line(text, "2 ") == ["2", "Main Street", place, "0:01:00", "0:01:00"]
+    assert line(text, "3 ")[1] == "near Main Street"
+    assert "x (m)" not in text
+
+
+def test_intervals_from_few_targets_are_called_rough(printed: Callable[[object], str]) -> None:
+    many = evaluation([150.0, np.inf] * 50)
+    tables = {
+        plan_table: (ROW, replace(ROW, evaluated=many)),
+        compare_table: ([ROW, replace(ROW, evaluated=many)], [replace(ROW, evaluated=many)]),
+        flights_table: (FRESH, many),
+    }
+    for table, (few, enough) in tables.items():
+        assert "intervals from 10 targets are rough" in printed(table(few))  # type: ignore[operator]
+        assert "rough" not in printed(table(enough))  # type: ignore[operator]
 
 
 def test_compare_keeps_the_row_of_a_method_that_does_not_apply(
@@ -199,6 +233,13 @@ def test_where(printed: Callable[[object], str]) -> None:
     assert line(short, "not on the roads")[1] == "25.0 %"
 
 
+def test_what_is_unknown_is_null_in_json() -> None:
+    lost = RoadState(UNKNOWN, UNKNOWN, 0.5, (math.nan,) * 3, (1.0, 2.0, 3.0), (4.0, 5.0))
+    content = where_content([lost], NET, time_s=1.0, elsewhere_probability=0.5)
+    assert content["roads"][0]["distance_m"] == [None, None, None]
+    json.dumps(content, allow_nan=False)
+
+
 def test_legs_name_the_ends_as_flown(printed: Callable[[object], str]) -> None:
     futures = physics_futures(NET, [["AB"]], 0.0, 10.0)
     problem = Problem(NET, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(3600.0))
@@ -220,7 +261,8 @@ def test_where_there_are_names_of_streets_roads_are_called_by_them(
     state = state_at(futures, net, 20.0)
     where = where_table(by_road(state, net), net, time_s=20.0, elsewhere_probability=0.1)
     text = printed(where)
-    assert "Main Street, at High Street" in " ".join(text.split())
+    assert "Main Street, towards High Street" in " ".join(text.split())
+    assert "m from its start" in text
     assert "AB" in text
 
 

@@ -11,7 +11,7 @@ from planner.clock import seconds
 from planner.errors import InputError, ScenarioError
 from planner.scenario.draft import read_draft, read_scenario
 from planner.scenario.toml_text import scenario_text
-from planner.scenario.values import NodeStart, PointStart
+from planner.scenario.uav_values import NodeStart, PointStart
 
 SMALL = """
 [network]
