@@ -12,9 +12,10 @@ from lxml import etree
 from planner.errors import OutputError
 from planner.export.sumo_gui import write_overlay
 from planner.flight.airspace import Airspace
+from planner.flight.pieces import along, pieces
 from planner.flight.plan import Plan
 from planner.network.sumo import binary, sumo_home
-from planner.search.plan import plan_of_legs, plan_of_wait
+from planner.search.plan import plan_of_legs, plan_of_wait, plan_of_waypoints
 from support.grid_instance import grid_futures, grid_problem
 from support.instances import figure3
 
@@ -70,6 +71,32 @@ def test_lines_follow_the_flight(tmp_path: Path) -> None:
     times = [float(param.get("value")) for param in tree.iter("param") if "_s" in param.get("key")]
     flown = np.cumsum([600, 50, np.hypot(100, 80), np.hypot(50, 40)])
     assert np.allclose(times, np.repeat([0, *flown], [1, 2, 2, 2, 1]), atol=0.01)
+
+
+def test_arrows_point_ahead(tmp_path: Path) -> None:
+    network = figure3()
+    order = [network.road_ids.index("AB") * 2, network.road_ids.index("CE") * 2 + 1]
+    plan = plan_of_legs(PROBLEM.replace(network=network), "greedy", order)
+    write_overlay(tmp_path / "p.add.xml", plan, network)
+    arrows = np.array(shapes(etree.parse(str(tmp_path / "p.add.xml")), "direction"))
+    flown = pieces(plan)
+    assert len(arrows) == len(flown) == 4
+    for piece, (tip, *tail) in zip(flown, arrows, strict=True):
+        (first, last), ahead = piece.xy_m[[0, -1]], tip - np.mean(tail, axis=0)
+        assert np.allclose(tip, first + 0.8 * (last - first), atol=0.01)
+        assert np.allclose(ahead / np.linalg.norm(ahead), along(piece.xy_m, 0.8)[1], atol=1e-3)
+
+
+def test_straight_pieces_off_the_roads_are_numbered(tmp_path: Path) -> None:
+    start = (PROBLEM.uav.x_m, PROBLEM.uav.y_m)
+    stops = np.array([start, (0.0, 0.0), (4000.0, 0.0)])
+    plan = plan_of_waypoints(PROBLEM, "spiral", np.column_stack([stops, np.zeros(3)]))
+    write_overlay(tmp_path / "p.add.xml", plan, PROBLEM.network)
+    points = etree.parse(str(tmp_path / "p.add.xml")).xpath("//poi[@type != 'take-off']")
+    labels = [poi.xpath("param[@key='label']/@value") for poi in points]
+    assert labels == [["1"], ["2"]]
+    places = [(float(poi.get("x")), float(poi.get("y"))) for poi in points]
+    assert np.allclose(places, (stops[1:] + stops[:-1]) / 2, atol=0.01)
 
 
 def test_areas_are_outlines(tmp_path: Path, schema: etree.XMLSchema) -> None:
