@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from planner.arrays import Floats
+from planner.clock import clock
 from planner.files import written_whole
 from planner.flight.airspace import Airspace
 from planner.flight.pieces import Piece, along, pieces, segments
@@ -19,6 +20,7 @@ ROAD_COLOUR = "213,94,0"
 WAY_COLOUR = "0,114,178"
 AREA_COLOUR = "142,42,142"
 ARROW, ARROW_AT = 6.0, 0.8  # its length in widths of a line, and where on a piece its tip is
+ROOM = 12.0  # clocks along a flight are so many parts of the net apart
 LABEL = "label"  # the parameter of a point that sumo-gui is told to write beside it
 ABOVE_THE_ROADS = 100.0  # sumo-gui's layers: roads 0, vehicles 200
 
@@ -29,7 +31,7 @@ def write_overlay(
     """Write a plan's flights as ``.add.xml``, to be loaded beside the net (``sumo-gui -a``).
 
     Roads that the plan flies are thick lines with their order number, the ways between them
-    thin ones; a flight off the roads has a number for each straight piece. Arrows show where
+    thin ones; a flight off the roads is told by the clock, where there is room. Arrows show where
     each leads. The times stand in each element's parameters. The areas of an airspace are outlines.
 
     Raises
@@ -51,13 +53,31 @@ def write_overlay(
     for uav, track in enumerate(plan.tracks):
         if len(track.time_s):
             _take_off(root, f"uav{uav}", track.xy(float(track.time_s[0])).tolist())
-    for number, piece in enumerate(pieces(plan) if plan.follows_roads else segments(plan), 1):
+    flown = pieces(plan) if plan.follows_roads else segments(plan)
+    labels = _orders(flown) if plan.follows_roads else _clocks(plan, flown, size_m / ROOM)
+    for number, piece in enumerate(flown, 1):
         _line(root, piece, f"uav{piece.uav}.piece{number}", network, size_m)
-        _arrow(root, piece, f"uav{piece.uav}.arrow{number}", size_m)
-        order = piece.order if plan.follows_roads else number
-        if order:
-            _number(root, piece, order)
+        if plan.follows_roads or piece in labels:
+            _arrow(root, piece, f"uav{piece.uav}.arrow{number}", size_m)
+        if piece in labels:
+            _label(root, piece, labels[piece], number)
     write_xml(path, root)
+
+
+def _orders(flown: list[Piece]) -> dict[Piece, str]:
+    return {piece: str(piece.order) for piece in flown if piece.order}
+
+
+def _clocks(plan: Plan, flown: list[Piece], apart_m: float) -> dict[Piece, str]:
+    """Return when pieces are flown, for as many of them as lie apart, the first ones first."""
+    places = [track.xy(float(track.time_s[0])) for track in plan.tracks if len(track.time_s)]
+    labels = {}
+    for piece in flown:
+        middle, _ = along(piece.xy_m, 0.5)
+        if np.linalg.norm(np.stack(places) - middle, axis=1).min() >= apart_m:
+            places.append(middle)
+            labels[piece] = clock((piece.start_s + piece.end_s) / 2)
+    return labels
 
 
 def write_xml(path: Path, root: ElementTree.Element) -> None:
@@ -147,20 +167,21 @@ def _width_m(size_m: float) -> float:
     return max(2.0, size_m / 250)
 
 
-def _number(root: ElementTree.Element, piece: Piece, order: int) -> None:
+def _label(root: ElementTree.Element, piece: Piece, label: str, number: int) -> None:
     (x_m, y_m), _ = along(piece.xy_m, 0.5)
+    kind, number = ("order", piece.order) if piece.order else ("time", number)
     point = ElementTree.SubElement(
         root,
         "poi",
-        id=f"uav{piece.uav}.order{order}",
-        type=str(order),
-        name=str(order),
-        color=ROAD_COLOUR,
+        id=f"uav{piece.uav}.{kind}{number}",
+        type=kind,
+        name=label,
+        color=ROAD_COLOUR if piece.order else WAY_COLOUR,
         layer=f"{ABOVE_THE_ROADS + 2:.0f}",
         x=f"{x_m:.2f}",
         y=f"{y_m:.2f}",
     )
-    _note(point, LABEL, str(order))
+    _note(point, LABEL, label)
 
 
 def _note(element: ElementTree.Element, key: str, value: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 import shapely
 from lxml import etree
 
+from planner.clock import clock
 from planner.errors import OutputError
 from planner.export.sumo_gui import write_overlay
 from planner.flight.airspace import Airspace
@@ -87,16 +88,21 @@ def test_arrows_point_ahead(tmp_path: Path) -> None:
         assert np.allclose(ahead / np.linalg.norm(ahead), along(piece.xy_m, 0.8)[1], atol=1e-3)
 
 
-def test_straight_pieces_off_the_roads_are_numbered(tmp_path: Path) -> None:
+def test_off_the_roads_clocks_stand_where_there_is_room(tmp_path: Path) -> None:
     start = (PROBLEM.uav.x_m, PROBLEM.uav.y_m)
-    stops = np.array([start, (0.0, 0.0), (4000.0, 0.0)])
-    plan = plan_of_waypoints(PROBLEM, "spiral", np.column_stack([stops, np.zeros(3)]))
+    there_and_back = [start, (0.0, 0.0), (5.0, 0.0), (10.0, 0.0), start]
+    stops = np.column_stack([there_and_back, np.zeros(5)])
+    plan = plan_of_waypoints(PROBLEM, "spiral", stops)
     write_overlay(tmp_path / "p.add.xml", plan, PROBLEM.network)
-    points = etree.parse(str(tmp_path / "p.add.xml")).xpath("//poi[@type != 'take-off']")
-    labels = [poi.xpath("param[@key='label']/@value") for poi in points]
-    assert labels == [["1"], ["2"]]
-    places = [(float(poi.get("x")), float(poi.get("y"))) for poi in points]
-    assert np.allclose(places, (stops[1:] + stops[:-1]) / 2, atol=0.01)
+    tree = etree.parse(str(tmp_path / "p.add.xml"))
+    assert len(shapes(tree, "way")) == 4
+    assert len(shapes(tree, "direction")) == 2
+    first, near = tree.xpath("//poi[@type='time']")  # of the way back the middle is taken
+    times_s = plan.tracks[0].time_s
+    assert first.xpath("param/@value") == [clock(times_s[:2].mean())]
+    assert near.xpath("param/@value") == [clock(times_s[1:3].mean())]
+    assert float(first.get("x")) == pytest.approx(start[0] / 2, abs=0.01)
+    assert float(near.get("x")) == pytest.approx(2.5)
 
 
 def test_areas_are_outlines(tmp_path: Path, schema: etree.XMLSchema) -> None:
