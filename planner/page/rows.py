@@ -9,7 +9,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.flight.legs import leg_ends
 from planner.flight.plan import FlownLeg
-from planner.flight.simplified import kept_knots
+from planner.flight.simplified import told_knots
 from planner.flight.track import Track
 from planner.network.beside import nearest_road
 from planner.network.lines import Lines
@@ -19,7 +19,6 @@ from planner.network.street_names import has_street_names, road_phrase, street_n
 HOVERS, CLIMBS, COMES_DOWN = "hover", "climb", "come down"
 HOME = "to the landing place"
 UNNAMED, ACROSS = "unnamed road", "across country"
-PART_OF_RADIUS = 1 / 6  # of the sensor's: bends that stay within are no legs of their own
 MOMENT_S = 0.5  # what is shorter is no leg
 
 
@@ -72,11 +71,9 @@ def _straight_rows(
     track: Track, network: RoadNetwork, home_m: tuple[float, float] | None, radius_m: float
 ) -> Iterator[Row]:
     """Yield a row for each waypoint that matters, and for each time of hovering."""
-    places = np.stack([track.x_m, track.y_m], axis=1)
-    stays = np.flatnonzero(np.all(np.diff(places, axis=0) == 0.0, axis=1))
-    holds = np.union1d(stays, stays + 1).tolist()
-    kept = kept_knots(track.time_s, places, PART_OF_RADIUS * radius_m, holds=holds)
-    times_s, places = track.time_s[kept].tolist(), places[kept]
+    kept = told_knots(track, radius_m)
+    times_s = track.time_s[kept].tolist()
+    places = np.stack([track.x_m, track.y_m], axis=1)[kept]
     moves = np.any(np.diff(places, axis=0) != 0.0, axis=1)
     names = iter(_streets(places[:-1][moves], places[1:][moves], network, radius_m))
     for k, (start_s, end_s) in enumerate(pairwise(times_s)):
