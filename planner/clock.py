@@ -13,6 +13,7 @@ UNITS_S = {
     **dict.fromkeys(("m", "min", "mins", "minute", "minutes"), 60.0),
     **dict.fromkeys(("h", "hour", "hours"), 3600.0),
 }
+LONGEST_S = 1e9  # from now to a moment that is said in words; 31 years
 EARLIEST_YEAR, LATEST_YEAR = 1900, 3000  # in between, no zone and no horizon overflow anything
 
 
@@ -86,6 +87,8 @@ def when(text: str, now: datetime.datetime) -> datetime.datetime:
         return now
     if said[:1] in ("+", "-"):
         ahead_s = span(said[1:])
+        if ahead_s > LONGEST_S:
+            raise InputError(f"{as_written(text)} is out of reach; write a few minutes, as -7min")
         return now + datetime.timedelta(seconds=-ahead_s if said[0] == "-" else ahead_s)
     day = re.fullmatch(r"(\d{1,2})[:.](\d{2})(?:[:.](\d{2}))?", said, re.ASCII)
     if day is not None and int(day[1]) < 24 and int(day[2]) < 60 and int(day[3] or 0) < 60:

@@ -204,6 +204,8 @@ def unpacked(path: Path, largest: int) -> Iterator[io.BufferedReader]:
     with opened(path) as file:
         packed = file.read(2) == b"\x1f\x8b"
         file.seek(0)
+        if not packed and os.fstat(file.fileno()).st_size > largest:
+            raise _too_large(path, largest)
         raw: IO[bytes] = gzip.GzipFile(fileobj=file) if packed else file  # type: ignore[assignment]
         limit = min(largest, max(SMALL, MOST_PACKED * os.fstat(file.fileno()).st_size))
         bounded: Any = io.BufferedReader(_Bounded(raw, path, limit if packed else largest), BLOCK)
@@ -316,9 +318,14 @@ def xml_elements(path: Path, largest: int = LARGEST_XML) -> Iterator[Any]:
     from xml.etree import ElementTree
 
     with opened_xml(path, largest) as file:
+        parser: Any = ElementTree.XMLPullParser()
         try:
-            for _, element in ElementTree.iterparse(file):
-                yield element
+            # In large blocks, as a comment is read anew from its beginning with each.
+            while block := file.read(BLOCK):
+                parser.feed(block)
+                yield from (element for _, element in parser.read_events())
+            parser.close()
+            yield from (element for _, element in parser.read_events())
         except (ElementTree.ParseError, LookupError, UnicodeError) as error:
             raise InputError(
                 f"{path}: is not XML ({error}); give the file as its program wrote it"
@@ -373,7 +380,9 @@ def _parsed_elements(
     parser = expat.ParserCreate()
     parser.StartElementHandler = start
     try:
-        parser.ParseFile(file)
+        while block := file.read(BLOCK):  # as in `xml_elements`
+            parser.Parse(block, False)
+        parser.Parse(b"", True)
     except (expat.ExpatError, ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise

@@ -42,6 +42,12 @@ def test_what_is_no_moment(text: str) -> None:
         when(text, NOW)
 
 
+@pytest.mark.parametrize("text", ["-999999999999min", "+1000000001", f"+{10**400}s"])
+def test_what_no_calendar_reaches(text: str) -> None:
+    with pytest.raises(InputError, match="write a few minutes"):
+        when(text, NOW)
+
+
 @pytest.mark.parametrize(
     ("text", "seconds"),
     [("25min", 1500.0), ("90 s", 90.0), ("1.5h", 5400.0), ("0:25:00", 1500.0), ("40", 40.0)],

@@ -1,12 +1,16 @@
 """Files from strangers: they read no other file, and nothing in them takes all memory."""
 
 import gzip
+import re
+import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
 
 from planner.errors import InputError
 from planner.guard import (
+    elements_in,
     kind_of_xml,
     opened,
     parsed_json,
@@ -61,6 +65,23 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
         for _ in range(130):
             file.write(bytes(1 << 20).replace(b"\0", b" "))
     assert "holds more than" in refusal(xml_elements, path)
+
+
+@pytest.mark.parametrize("read", [xml_elements, lambda path: elements_in(path, re.compile(b"<a "))])
+def test_a_comment_without_end_takes_no_longer_than_its_length(
+    tmp_path: Path, read: Callable[[Path], Iterable[object]]
+) -> None:
+    path = tmp_path / "a.xml"
+    path.write_bytes(b"<b><a /><!--" + b"x" * (24 << 20))
+    begins_s = time.process_time()
+    assert "is not XML" in refusal(read, path)
+    assert time.process_time() - begins_s < 3.0  # with each 16 kB read anew, half a minute
+
+
+def test_a_file_that_is_too_large_is_not_begun(tmp_path: Path) -> None:
+    path = tmp_path / "a.xml"
+    path.write_text("no XML")
+    assert "holds more than" in refusal(lambda file: xml_elements(file, largest=5), path)
 
 
 def test_a_cut_gzip_file(tmp_path: Path) -> None:

@@ -129,13 +129,14 @@ def write_call(call: "Call", file: Path, source: str) -> "OpenScenario":
     source
         What faults are reported of.
     """
+    from planner.mission.call import as_said
     from planner.mission.opening import open_scenario
 
     file.write_text(call.text(), encoding="utf-8")
     try:
         return open_scenario(file)
     except ScenarioError as error:
-        raise ScenarioError(source, error.faults) from error
+        raise ScenarioError(source, [as_said(fault) for fault in error.faults]) from error
 
 
 def _metres(text: str) -> float:

@@ -36,9 +36,20 @@ SENSOR_M = 60.0  # how far the sensor sees, where the net's scenario does not sa
 PARTICLES, WORK, SEED = 1000, 80_000, 1
 TO_PLAN_S = 60.0  # until take-off, where nobody says when the drone is ready
 LASTS_S = 1800.0  # how long is searched, where the aircraft has no limit
-LONGEST_AGO = timedelta(days=2)  # since it was seen; before, another day was meant
+FARTHEST = timedelta(days=2)  # from now; what is farther away is another day, or a slip
 DEGREE_DIGITS, METRE_DIGITS = 6, 1
 OF_NET = ("network", "airspace", "sensor")  # sections that a call takes from a scenario
+# Whose word a key of the scenario is, the longer keys first.
+OPTIONS = {
+    "search.horizon_s": "--until",
+    "target.start": "--last-seen",
+    "target.last_seen_ago_s": "--at",
+    "uav.start": "--drone-at",
+    "uav.take_off_s": "--ready",
+    "uav.max_flight_time_s": "--battery",
+    "target": "--target",
+    "uav": "--aircraft",
+}
 PATHS = ("nodes", "edges", "connections", "signals", "net", "osm", "within", "no_fly", "fence")
 
 
@@ -111,6 +122,12 @@ def understood(words: Words, now: datetime) -> Call:
     if heard.faults or call is None:
         raise ScenarioError(words.net, heard.faults)
     return call
+
+
+def as_said(fault: Fault) -> Fault:
+    """Return the fault of a call's scenario as one of the word that its key comes from."""
+    option = next((word for key, word in OPTIONS.items() if fault.is_about(key)), None)
+    return fault if option is None else replace(fault, key=f"{option} ({fault.key})")
 
 
 def net_of(net: str) -> tuple[Tables, RoadNetwork]:
@@ -262,7 +279,7 @@ class _Heard:
         lasts_s = section.max_flight_time_s
         if self.words.battery is not None:
             text = self.words.battery
-            lasts_s = self._tried("--battery", lambda: span(text))
+            lasts_s = self._tried("--battery", lambda: _battery_s(text))
             if lasts_s is None:
                 return None
         if lasts_s is not None:
@@ -280,7 +297,7 @@ class _Heard:
         until = None
         if words.until is not None:
             text = words.until
-            until = self._tried("--until", lambda: when(text, now))
+            until = self._tried("--until", lambda: self._soon(text))
         if at is None or ready is None or (until is None and words.until is not None):
             return None
         lasts_s = (uav or {}).get("max_flight_time_s", LASTS_S)
@@ -303,13 +320,20 @@ class _Heard:
         at = when(text, self.now)
         if at > self.now:
             raise InputError(f"{clock_time(at, self.now)} is still to come; give when it was seen")
-        if self.now - at > LONGEST_AGO:
+        if self.now - at > FARTHEST:
             ago = _ago((self.now - at).total_seconds())
             raise InputError(f"{at.isoformat()} is {ago}, too long for a call; give a later one")
         return at.astimezone(self.now.tzinfo).replace(microsecond=0)
 
+    def _soon(self, text: str) -> datetime:
+        soon = when(text, self.now)
+        if soon - self.now > FARTHEST:
+            at, away = clock_time(soon, self.now), rough((soon - self.now).total_seconds())
+            raise InputError(f"{at} is {away} away, too long for a call; give an earlier one")
+        return soon
+
     def _ready(self, text: str | None) -> datetime:
-        ready = self.now if text is None else when(text, self.now)
+        ready = self.now if text is None else self._soon(text)
         if ready < self.now:
             raise InputError(f"{clock_time(ready, self.now)} has passed; leave it out")
         return ready.astimezone(self.now.tzinfo).replace(microsecond=0)
@@ -322,6 +346,13 @@ def _profile(name: str) -> str:
         return Path(name).resolve().as_posix()
     hint = suggestion(name, shipped_profiles())
     raise InputError(f"{as_written(name)} is neither a profile nor a .toml file; {hint}")
+
+
+def _battery_s(text: str) -> float:
+    lasts_s = span(text)
+    if not 0.0 < lasts_s <= FARTHEST.total_seconds():
+        raise InputError(f"{as_written(text)} is no time in the air; write how long, as 25min")
+    return lasts_s
 
 
 def _goes(network: RoadNetwork, name: str, heading_deg: float | None) -> bool:

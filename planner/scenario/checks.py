@@ -120,7 +120,7 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
         yield Fault(
             "uav.max_flight_time_s",
             f"{as_written(uav.max_flight_time_s)} s leaves no time to search: climb, descent and "
-            f"reserve take {as_written(round(uav.spent_s, 1))} s",
+            f"reserve take {as_written(round(uav.spent_s, 1))} s; give a longer one",
         )
 
 

@@ -10,6 +10,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, freeze
 from planner.errors import InputError
 
 LARGEST = 64 << 20  # bytes of a recording: ten hours at ten points a second, and more
+FARTHEST = 1e11  # no time and no place of a flight is farther from 0, in seconds or metres
 NUMBERS = ("utc_s", "time_s", "lon_deg", "lat_deg", "x_m", "y_m", "height_m", "hold_s")
 
 
@@ -60,7 +61,7 @@ def log_of(
     Raises
     ------
     InputError
-        If there are fewer than two points.
+        If there are fewer than two points, or one has a number that is out of all reach.
     """
     names = ("number", "begins", *NUMBERS)
     table = [[row.get(name, np.nan) for name in names] for row in rows]
@@ -71,7 +72,7 @@ def log_of(
         )
     number, begins, *numbers = np.array(table, dtype=np.float64).T
     columns = dict(zip(NUMBERS, numbers, strict=True))
-    return TrackLog(
+    log = TrackLog(
         path=path,
         point=point,
         number=number.astype(np.int64),
@@ -79,3 +80,12 @@ def log_of(
         is_sampled=is_sampled,
         **columns,
     )
+    for name in NUMBERS:
+        beyond = np.abs(columns[name]) > FARTHEST
+        if beyond.any():
+            k = int(np.argmax(beyond))
+            raise InputError(
+                f"{log.at(k)}: {name} {columns[name][k]:g} is out of reach; correct it, or leave "
+                "the point out"
+            )
+    return log

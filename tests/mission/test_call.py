@@ -112,6 +112,11 @@ def test_all_wrong_words_are_refused_together() -> None:
         ({"until": "14:06"}, "--until: 14:06 is not after the drone is ready, 14:07:30"),
         ({"battery": "long"}, '--battery: "long" is no duration'),
         ({"at": "2026-04-01T10:00"}, "too long for a call"),
+        ({"ready": "+99999min"}, "--ready: 2026-07-10 00:46:30 is 1,666.7 h away"),
+        ({"until": "2026-05-09T10:00"}, "too long for a call; give an earlier one"),
+        ({"battery": "0min"}, '--battery: "0min" is no time in the air; write how long'),
+        ({"battery": "9999h"}, '--battery: "9999h" is no time in the air; write how long'),
+        ({"at": "-9999999999999min"}, '--at: "-9999999999999min" is out of reach'),
         (
             {"last_seen": "52.43,13.5"},
             "m from the nearest road for cars (Hermann-Dorner-Allee)",
