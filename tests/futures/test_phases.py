@@ -65,7 +65,8 @@ def test_a_plan_is_worth_as_much_at_other_phases(
     """Fresh targets of another stream of phases are found as soon, within the interval."""
     town = town_of(tmp_path)
     opened = open_scenario(
-        town.scenario.path, overrides=[f"search.horizon_s={HORIZON_S}", "uav.speed_mps=25"]
+        town.scenario.path,
+        overrides=[f"search.horizon_s={HORIZON_S}", "uav.aircraft=ideal", "uav.speed_mps=25"],
     )
     planning = record(opened.network, drawn(opened, "planning", 200), horizon_s=HORIZON_S)
     method = method_named("rate")

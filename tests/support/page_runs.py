@@ -50,8 +50,8 @@ def shown(opened: OpenScenario, many: int = 60, *, knots: int = 30) -> Shown:
     problem = problem_of(opened, fresh)
     nodes = problem.network.node_xy_m[:: max(len(problem.network.node_xy_m) // 12, 1)]
     stops = np.column_stack([nodes, np.where(np.arange(len(nodes)) % 4 == 0, HOVER_S, 0.0)])
-    plan = waypoints_flown(problem.uav, stops, problem.horizon_s, method="spiral")
-    waits = waypoints_flown(problem.uav, stops[:1], problem.horizon_s, method="wait")
+    plan = waypoints_flown(problem.uav.at_height, stops, problem.horizon_s, method="spiral")
+    waits = waypoints_flown(problem.uav.at_height, stops[:1], problem.horizon_s, method="wait")
 
     def worth(one: Plan) -> Any:
         return evaluate(one.tracks, fresh, problem.sensor, problem.objective)
