@@ -115,7 +115,7 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
     assert 13.50 < lon < 13.56
     assert browser.text("code").startswith(
         f"planner now 'sumo:tools/game/DRT/osm.net.xml' --last-seen={lat:.5f},{lon:.5f} "
-        "--at=2026-05-01T14:07:00+05:30 --drone-at="
+        "--at=2026-05-01T14:07:40+05:30 --drone-at="
     )
     parser = argparse.ArgumentParser()
     add_call(parser)
