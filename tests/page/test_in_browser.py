@@ -115,7 +115,7 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
     assert 13.50 < lon < 13.56
     assert browser.text("code").startswith(
         f"planner now 'sumo:tools/game/DRT/osm.net.xml' --last-seen={lat:.5f},{lon:.5f} "
-        "--at=2026-05-01T14:07:40+05:30 --drone-at="
+        "--at=2026-05-01T14:07:00+05:30 --drone-at="
     )
     parser = argparse.ArgumentParser()
     add_call(parser)
@@ -158,7 +158,7 @@ def test_other_peoples_words_show_as_text(
     assert browser.script("return document.querySelectorAll('img, iframe').length") == 0
     assert browser.script("return document.title").startswith("</script>")
     assert "'$(touch x);'\\''\".net.xml'" in browser.text("code")
-    assert "<img src=x" in browser.text(".legs td:nth-child(2)")
+    assert "<img src=x" in browser.text(".legs tr:nth-child(2) td:nth-child(2)")
 
 
 def test_without_a_script_it_is_still_read(browser: Browser, file: Path, run: Shown) -> None:

@@ -8,11 +8,12 @@ import numpy as np
 from planner.arrays import first_rows
 from planner.clock import moment
 from planner.detection.evaluate import evaluate
-from planner.flight.plan import Plan, waypoints_flown
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import problem_of
 from planner.page.shown import Shown
+from planner.search.plan import plan_of_waypoints
 
 SIGHTED_AT = "2026-05-01T14:05:00+05:30"
 HOVER_S = 20.0
@@ -50,8 +51,8 @@ def shown(opened: OpenScenario, many: int = 60, *, knots: int = 30) -> Shown:
     problem = problem_of(opened, fresh)
     nodes = problem.network.node_xy_m[:: max(len(problem.network.node_xy_m) // 12, 1)]
     stops = np.column_stack([nodes, np.where(np.arange(len(nodes)) % 4 == 0, HOVER_S, 0.0)])
-    plan = waypoints_flown(problem.uav.at_height, stops, problem.horizon_s, method="spiral")
-    waits = waypoints_flown(problem.uav.at_height, stops[:1], problem.horizon_s, method="wait")
+    plan = plan_of_waypoints(problem, "spiral", stops)
+    waits = plan_of_waypoints(problem, "wait", stops[:1])
 
     def worth(one: Plan) -> Any:
         return evaluate(one.tracks, fresh, problem.sensor, problem.objective)
