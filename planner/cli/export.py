@@ -36,7 +36,6 @@ EXAMPLES = (
     ("export runs/town --params drone.param", "set as the times ask?"),
     ("export runs/first --origin 49.61,6.13 --check", "no more than told"),
 )
-FOLDER = "flight"  # in the run's
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -136,9 +135,9 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.format, arguments.autopilot, arguments.frame, most if arguments.split else None
     )
     refuse_no_run(arguments.directory)
-    output: Path = arguments.output or arguments.directory / FOLDER
+    output: Path = arguments.output or arguments.directory / formats.FOLDER
     with ExitStack() as stack:
-        names = (*formats.FILES.values(), formats.ABOUT, *formats.earlier_parts(output))
+        names = formats.names_in(output)
         folder = new_files(stack, output, names, force=arguments.force)
         opened, stored = open_run(arguments.directory)
         flight = _flight(arguments, opened, stored)

@@ -61,6 +61,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plan a call, and hand each plan to those who listen as it comes."""
+    from planner.export.formats import names_in_run
     from planner.files import alone_in, results_written_whole
     from planner.mission.now import events
     from planner.mission.now_events import FirstPlan, How
@@ -73,7 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
     folder, names = arguments.output, (*RUN, FILE)
     with ExitStack() as stack:
         stack.enter_context(alone_in(folder))
-        with results_written_whole(folder, names, force=arguments.force) as new:
+        earlier = (*names, *names_in_run(folder))
+        with results_written_whole(folder, earlier, force=arguments.force) as new:
             call_arguments.write_call(call, new / FILE, arguments.net)
         listeners: list[Callable[[Event], None]] = [
             _Files(arguments, names),

@@ -28,6 +28,7 @@ from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
+from planner.export.formats import names_in_run
 from planner.files import write_json
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
@@ -111,7 +112,8 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
     """Plan a search, evaluate it on fresh targets, and write the run."""
     method, watch = method_named(arguments.method), Watch()
     with ExitStack() as stack:
-        names = (*run_folder.RUN, *certificate_file.PROOF)
+        flown = [] if arguments.output is None else names_in_run(arguments.output)
+        names = (*run_folder.RUN, *certificate_file.PROOF, *flown)
         folder = output_folder(stack, arguments, names)
         opened = opened_scenario(arguments, overrides)
         targets = _targets(arguments, opened, method)

@@ -57,14 +57,18 @@ def print_result(
 ) -> None:
     """Print the result of a command: with --json its summary, else tables and sentences.
 
-    In sentences a number stands on one line with its unit.
+    In sentences a number stands on one line with its unit, and a path in one piece.
     """
     if arguments.json:
         print_json(_without_noise(summary))
         return
     out = console()
     for block in blocks:
-        out.print(BEFORE_UNIT.sub(UNPARTED, block) if isinstance(block, str) else block)
+        if isinstance(block, str):
+            is_long = any(len(word) > out.width for word in block.split())  # left to the terminal
+            out.print(BEFORE_UNIT.sub(UNPARTED, block), soft_wrap=is_long)
+        else:
+            out.print(block)
 
 
 def _without_noise(content: Any) -> Any:

@@ -32,6 +32,7 @@ FILES = {
 }
 SPLIT = ("plan", "waypoints")  # what autopilots load, and may be in parts: flight-1.plan and so on
 ABOUT = "flight.txt"
+FOLDER = "flight"  # in the run's
 ARDUPILOT_ONLY = "waypoints"  # PX4 would take its first line for a waypoint at sea level
 PART = re.compile(r"flight-\d+\.\w+")
 MAPS: dict[str, Callable[[FlightFile], str]] = {"kml": kml, "gpx": gpx, "csv": csv_table}
@@ -84,7 +85,17 @@ class Wanted:
         return [*(file for files in written for file in files), ABOUT]
 
 
-def earlier_parts(folder: Path) -> list[str]:
+def names_in(folder: Path) -> list[str]:
+    """Return the names of all files that a flight may leave in a folder."""
+    return [*FILES.values(), ABOUT, *_earlier_parts(folder)]
+
+
+def names_in_run(run_folder: Path) -> list[str]:
+    """Return the names of a flight's files in a run's folder: they are of no other plan."""
+    return [f"{FOLDER}/{name}" for name in names_in(run_folder / FOLDER)]
+
+
+def _earlier_parts(folder: Path) -> list[str]:
     """Return the names of parts that an earlier flight has left in a folder."""
     suffixes = [Path(FILES[name]).suffix for name in SPLIT]
     found = [path.name for suffix in suffixes for path in folder.glob(f"flight-*{suffix}")]

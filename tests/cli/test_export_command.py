@@ -139,6 +139,16 @@ def test_the_same_bytes_and_nothing_overwritten(
     assert {path.name for path in (tmp_path / "c").iterdir()} == {"flight.gpx", ABOUT}
 
 
+def test_no_flight_of_an_earlier_plan_is_left_beside_another(run: Commands, tmp_path: Path) -> None:
+    folder = planned(run, tmp_path / "run", TOWN, *SETS, *SHORT)
+    assert run("export", folder, *ORIGIN, "--format", "plan").code == 0
+    (folder / "flight" / "flight-1.waypoints").touch()
+    (folder / "flight" / "notes.txt").touch()  # the pilot's own
+    again = run("plan", TOWN, *SMALL, *SETS, *SHORT, "-o", folder, "--force")
+    assert again.code == 0, again.err
+    assert [path.name for path in (folder / "flight").iterdir()] == ["notes.txt"]
+
+
 def test_parts_and_a_vehicle_s_parameters(run: Commands, tmp_path: Path, town_run: Path) -> None:
     (tmp_path / "v.param").write_text("WPNAV_SPEED,1000\n")
     split = ("--split", "--max-waypoints", "4", "--params", tmp_path / "v.param")

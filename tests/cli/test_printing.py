@@ -52,3 +52,12 @@ def test_lines_of_a_summary_hold_six_digits() -> None:
         "length_km  123.457",
         "roads      1234567",
     ]
+
+
+def test_a_path_is_told_in_one_piece(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    path = "/" + "a-long-folder/" * 5 + "call.toml"
+    print_result(argparse.Namespace(json=False), {}, [f"to plan it: planner plan {path}"])
+    assert path in capsys.readouterr().out
