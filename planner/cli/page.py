@@ -95,7 +95,7 @@ def fresh_of_run(
     split = _split_of_run(arguments, opened)
     if split is not None and split.kept_out is not None:
         return split.kept_out
-    many = int(stored.evaluated["targets"])
+    many: int = stored.evaluated["targets"]
     drive = Drive.of_truth("recording fresh targets", opened)
     return recorded(arguments, opened, drive, lambda one: one.evaluation(many))
 
