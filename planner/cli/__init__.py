@@ -56,7 +56,7 @@ COMMANDS = (
     ("export", "write a plan as files that pilots and autopilots fly"),
     ("page", "show a plan in one page for a browser, without a network"),
     ("serve", "serve the page as an instrument: tap the map, plan, take the files"),
-    ("view", "watch a plan and where the target may be in sumo-gui"),
+    ("view", "show a plan as it is flown, in a window of sumo-gui"),
     ("certify", "bound the gap between a run's plan and the best possible plan"),
     ("compare", "compare all methods on the same futures and fresh targets"),
     ("experiment", "run all combinations of factors, methods and seeds"),

@@ -195,16 +195,10 @@ def _flight(
 
 def _judge(arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan") -> "Judge":
     """Return the particles that the plan was made on, and what it was made for."""
-    from planner.cli.session import planning_recorded
+    from planner.cli.session import particles_of_run
     from planner.export.by_hand import Judge
-    from planner.mission.own_futures import read_split
-    from planner.mission.run_folder import own_futures
 
-    own = own_futures(arguments.directory)
-    recording = (
-        planning_recorded(arguments, opened) if own is None else read_split(own, opened).planning
-    )
-    return Judge(recording.futures, stored.sensor, stored.objective)
+    return Judge(particles_of_run(arguments, opened).futures, stored.sensor, stored.objective)
 
 
 class _Worth(NamedTuple):

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from planner.futures.futures import Futures
     from planner.futures.store import Recording
     from planner.mission.opening import OpenScenario
-    from planner.mission.own_futures import Split
     from planner.mission.plan_file import StoredPlan
     from planner.page.shown import Shown
     from planner.search.methods import Method
@@ -73,40 +72,33 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _shown(arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan") -> "Shown":
-    from planner.cli.session import planning_recorded
+    from planner.cli.session import particles_of_run
     from planner.detection.evaluate import evaluate
     from planner.page.shown import Shown
 
-    split = _split_of_run(arguments, opened)
-    planning = planning_recorded(arguments, opened) if split is None else split.planning
-    fresh = fresh_of_run(arguments, opened, stored)
+    planning = particles_of_run(arguments, opened)
+    fresh = _fresh_of_run(arguments, opened, stored)
     evaluated = evaluate(stored.plan.tracks, fresh.futures, stored.sensor, stored.objective)
     methods = [method for method in arguments.compare if method.name != stored.plan.method]
     others = compared(arguments, opened, methods, planning.futures, fresh.futures)
     return Shown(opened, stored.plan, fresh.futures, evaluated, others)
 
 
-def fresh_of_run(
+def _fresh_of_run(
     arguments: argparse.Namespace, opened: "OpenScenario", stored: "StoredPlan"
 ) -> "Recording":
     """Return the targets that the plan of a run was evaluated on."""
     from planner.cli.session import Drive, recorded
-
-    split = _split_of_run(arguments, opened)
-    if split is not None and split.kept_out is not None:
-        return split.kept_out
-    many: int = stored.evaluated["targets"]
-    drive = Drive.of_truth("recording fresh targets", opened)
-    return recorded(arguments, opened, drive, lambda one: one.evaluation(many))
-
-
-def _split_of_run(arguments: argparse.Namespace, opened: "OpenScenario") -> "Split | None":
-    """Return the futures that a run was planned on in place of its belief; None if on that."""
     from planner.mission.own_futures import read_split
     from planner.mission.run_folder import own_futures
 
     own = own_futures(arguments.directory)
-    return None if own is None else read_split(own, opened)
+    kept_out = None if own is None else read_split(own, opened).kept_out
+    if kept_out is not None:
+        return kept_out
+    many: int = stored.evaluated["targets"]
+    drive = Drive.of_truth("recording fresh targets", opened)
+    return recorded(arguments, opened, drive, lambda one: one.evaluation(many))
 
 
 def compared(

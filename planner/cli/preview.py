@@ -65,4 +65,5 @@ def flight_table(plan: Plan, opened: OpenScenario) -> FittingTable:
     until_s = opened.scenario.search.horizon_s
     if plan.follows_roads:
         return tables.legs_table(plan, opened.network, until_s)
-    return tables.waypoints_table(plan, opened.network, until_s)
+    radius_m = None if opened.network.is_abstract else opened.scenario.sensor.radius_m
+    return tables.waypoints_table(plan, opened.network, until_s, radius_m=radius_m)

@@ -20,7 +20,7 @@ from planner.futures.record import Note
 from planner.futures.store import Recording
 from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.own_futures import OwnFutures
+from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.recorder import Recorder, needs_holdout
 from planner.mission.run_folder import PROVENANCE, own_futures
 from planner.progress import Progress, silent
@@ -197,6 +197,12 @@ def planning_recorded(arguments: argparse.Namespace, opened: OpenScenario) -> Re
     """Return the particles to plan with."""
     drive = Drive.of_belief("recording futures", opened)
     return recorded(arguments, opened, drive, Recorder.planning)
+
+
+def particles_of_run(arguments: argparse.Namespace, opened: OpenScenario) -> Recording:
+    """Return the particles that the run in ``arguments.directory`` was planned on."""
+    own = own_futures(arguments.directory)
+    return planning_recorded(arguments, opened) if own is None else read_split(own, opened).planning
 
 
 def evaluation_recorded(

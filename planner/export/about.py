@@ -1,5 +1,6 @@
 """`flight.txt`: what a pilot has to know before a flight file is flown."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -19,6 +20,7 @@ NOT_CERTIFIED = (
     "This is research software, not certified for anything. Who flies this answers for it: check "
     "the flight on a map, obstacles, the airspace, the law and the weather."
 )
+PAGE_WIDTH = 80  # characters of a line that goes on below its words
 BY_S = (300.0, 600.0, 1200.0, 1800.0)  # when the odds are told
 
 
@@ -137,8 +139,10 @@ class Summary:
             for one in (self.worth.planned, self.worth.written)
         )
         part = f", {(planned - by_hand) / planned:.0%} of it" if planned > 0.0 else ""
-        points = 100.0 * (planned - by_hand)
-        change = f"loses {points:.1f}" if points >= 0.0 else f"gains {-points:.1f}"
+        points = round(100.0 * (planned - by_hand), 1)
+        if points == 0.0:
+            return f"flown by hand it finds as many as planned, {planned:.1%}"
+        change = f"loses {points:.1f}" if points > 0.0 else f"gains {-points:.1f}"
         return f"flown by hand it {change} points of the {planned:.1%} planned{part * (points > 0)}"
 
     @property
@@ -146,7 +150,15 @@ class Summary:
         """The legs of a pilot with a stick, in order; none for autopilots."""
         if not self.run.by_hand:
             return []
-        legs = [f"{k:>3}.{plain(leg.line)}" for k, leg in enumerate(self.run.by_hand, 1)]
+        legs = [
+            textwrap.fill(
+                f"{k:>3}.{plain(leg.line)}",
+                PAGE_WIDTH,
+                subsequent_indent=" " * (len(leg.line) - len(leg.phrase) + 4),
+                break_on_hyphens=False,
+            )
+            for k, leg in enumerate(self.run.by_hand, 1)
+        ]
         said = "By hand, at full speed, at rest to turn; hold nowhere; bearings from true north:"
         return [said, f"    {HEADING}", *legs]
 
@@ -176,8 +188,9 @@ class Summary:
 
     @property
     def _times(self) -> str:
-        longer_s = self.worth.written.lasts_s - self.worth.planned.lasts_s
-        against = f"{abs(longer_s):,.0f} s {'longer' if longer_s > 0 else 'less'} than planned"
+        longer_s = round(self.worth.written.lasts_s - self.worth.planned.lasts_s)
+        against = f"{abs(longer_s):,} s {'longer' if longer_s > 0 else 'less'} than planned"
+        against = against if longer_s else "as planned"
         lasts = clock(self.worth.written.lasts_s)
         said = [f"{len(self.run.flight.waypoints)} waypoints, in the air for {lasts}, {against}"]
         battery = self.run.battery

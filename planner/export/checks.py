@@ -84,10 +84,12 @@ def _wings(run: RunFlight) -> Iterator[str]:
     moves = [k for k, place in enumerate(places) if k == 0 or place != places[k - 1]]
     holds = sum(one.hold_s > 0.0 for one in run.flight.waypoints)
     tight = tight_corners(np.array(places)[moves], run.aircraft.law)
-    if holds or tight:
+    said = [f"hovers at {counted(holds, 'place')}"] * (holds > 0)
+    said += [f"has {counted(tight, 'corner')} too tight"] * (tight > 0)
+    if said:
         yield (
-            f"it hovers at {counted(holds, 'place')} and has {counted(tight, 'corner')} too tight "
-            "for an aircraft that cannot hover (uav.hover); plan for it: --set uav.aircraft=..."
+            f"for an aircraft that cannot hover (uav.hover) it {' and '.join(said)}; plan for it: "
+            "--set uav.aircraft=..."
         )
 
 

@@ -7,8 +7,25 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.flight.track import Track
 
 Clear: TypeAlias = Callable[[Floats, Floats], bool]  # whether one may fly straight between places
+
+PART_OF_RADIUS = 1 / 6  # of the sensor's: bends that stay within are not told to people
+
+
+def told_knots(track: Track, radius_m: float) -> Ints:
+    """Return the knots of a flight that people are told: those where it stays, and real bends.
+
+    Parameters
+    ----------
+    radius_m
+        How far the sensor sees.
+    """
+    places = np.stack([track.x_m, track.y_m], axis=1)
+    stays = np.flatnonzero(np.all(np.diff(places, axis=0) == 0.0, axis=1))
+    holds = np.union1d(stays, stays + 1).tolist()
+    return kept_knots(track.time_s, places, PART_OF_RADIUS * radius_m, holds=holds)
 
 
 def kept_knots(

@@ -28,33 +28,41 @@ def planning_guess(recorder: Recorder) -> Futures | None:
     return kinematic_futures(recorder.opened.network, particles, signals, horizon_s=horizon_s)
 
 
-def reach_m(futures: Futures, at_s: float) -> float:
-    """Return within how many metres of the middle of their starts most particles are at a time.
+def reach_m(futures: Futures, at_s: float) -> tuple[float, float]:
+    """Return how far particles are at a time from the middle of their starts, and how many.
 
-    NaN if none is there any more.
+    Returns
+    -------
+    tuple of float
+        Within how many metres most of those are that are on the map then, NaN if none is; and the
+        share of all particles that are.
     """
     first = futures.first_knot[:-1][np.diff(futures.first_knot) > 0]
     if len(first) == 0:
-        return float("nan")
+        return float("nan"), 0.0
     middle = np.array([futures.x_m[first].mean(), futures.y_m[first].mean()])
     away_m = np.linalg.norm(futures.positions(at_s) - middle, axis=1)
-    away_m = away_m[np.isfinite(away_m)]
-    return float(np.quantile(away_m, SHARE)) if len(away_m) else float("nan")
+    there = np.isfinite(away_m)
+    far_m = float(np.quantile(away_m[there], SHARE)) if there.any() else float("nan")
+    return far_m, float(there.mean())
 
 
 def told_reach(futures: Futures, horizon_s: float) -> str:
-    """Return in a sentence how far a guessed cloud reaches."""
+    """Return in a sentence how far a guessed cloud reaches, and how much of it is on the map."""
     minutes: list[float] = [m for m in AT_MINUTES if 60.0 * m <= horizon_s]
-    far = [
-        f"{reach / 1000.0:.1f} km at {minute:g} min"
-        for minute in minutes or [horizon_s / 60.0]
-        if np.isfinite(reach := reach_m(futures, 60.0 * minute))
-    ]
-    if not far:
+    reaches = [(m, *reach_m(futures, 60.0 * m)) for m in minutes or [horizon_s / 60.0]]
+    reaches = [reach for reach in reaches if np.isfinite(reach[1])]
+    if not reaches:
         return "a guess, before SUMO drives: all particles are gone by then"
+    all_there = all(share == 1.0 for _, _, share in reaches)
+    far = ", ".join(
+        f"{far_m / 1000.0:.1f} km at {minute:g} min" + ("" if all_there else f" ({share:.0%} are)")
+        for minute, far_m, share in reaches
+    )
+    those = "the particles" if all_there else "the particles that are on the map then"
     return (
-        f"a guess, before SUMO drives: {SHARE:.0%} of the particles are within {', '.join(far)} "
-        "of the middle of their starts"
+        f"a guess, before SUMO drives: {SHARE:.0%} of {those} are within {far} of the middle of "
+        "their starts"
     )
 
 

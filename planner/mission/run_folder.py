@@ -19,15 +19,16 @@ from planner.scenario.source import there_now
 PLAN, EVALUATION, PROVENANCE = "plan.json", "evaluation.parquet", RECORD
 PICTURE, OVERLAY, FLIGHTS = "plan.png", "plan.add.xml", "flights.csv"
 PAGE = "page.html"
-GUI, LOOK = "plan.sumocfg", "plan.view.xml"  # what sumo-gui opens, and how it shows it
+CONFIG, SETTINGS = "plan.sumocfg", "plan.view.xml"  # what sumo-gui opens, and how it draws it
 NET = "plan.net.xml.gz"  # which it opens where the net is only in the cache
+GUI = (CONFIG, OVERLAY, SETTINGS, NET)
 # Keys of the record, if the plan is for --futures: the file, and its time that is time 0.
 OWN_FUTURES, OWN_BEGIN = "futures_path", "futures_begin_s"
 OTHER_TARGETS = (
     "these targets are drawn from the scenario's belief; the plan was made on --futures, "
     "which may differ"
 )
-RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, OVERLAY, FLIGHTS, PAGE, GUI, LOOK, NET)
+RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, FLIGHTS, PAGE, *GUI)
 
 
 def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:

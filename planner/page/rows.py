@@ -9,16 +9,16 @@ import numpy as np
 from planner.arrays import Floats
 from planner.flight.legs import leg_ends
 from planner.flight.plan import FlownLeg
-from planner.flight.simplified import kept_knots
+from planner.flight.simplified import told_knots
 from planner.flight.track import Track
 from planner.network.beside import nearest_road
 from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase, street_names
 
-HOVERS, HOME = "hover", "to the landing place"
+HOVERS, CLIMBS, COMES_DOWN = "hover", "climb", "come down"
+HOME = "to the landing place"
 UNNAMED, ACROSS = "unnamed road", "across country"
-PART_OF_RADIUS = 1 / 6  # of the sensor's: bends that stay within are no legs of their own
 MOMENT_S = 0.5  # what is shorter is no leg
 
 
@@ -71,23 +71,31 @@ def _straight_rows(
     track: Track, network: RoadNetwork, home_m: tuple[float, float] | None, radius_m: float
 ) -> Iterator[Row]:
     """Yield a row for each waypoint that matters, and for each time of hovering."""
-    places = np.stack([track.x_m, track.y_m], axis=1)
-    stays = np.flatnonzero(np.all(np.diff(places, axis=0) == 0.0, axis=1))
-    holds = np.union1d(stays, stays + 1).tolist()
-    kept = kept_knots(track.time_s, places, PART_OF_RADIUS * radius_m, holds=holds)
-    times_s, places = track.time_s[kept].tolist(), places[kept]
+    kept = told_knots(track, radius_m)
+    times_s = track.time_s[kept].tolist()
+    places = np.stack([track.x_m, track.y_m], axis=1)[kept]
     moves = np.any(np.diff(places, axis=0) != 0.0, axis=1)
     names = iter(_streets(places[:-1][moves], places[1:][moves], network, radius_m))
     for k, (start_s, end_s) in enumerate(pairwise(times_s)):
         step_m = places[k + 1] - places[k]
         if not moves[k]:
             if end_s - start_s >= MOMENT_S:
-                yield Row(HOVERS, start_s, end_s, places[k], 0.0)
+                yield Row(_stays(track, start_s, end_s), start_s, end_s, places[k], 0.0)
             continue
         name, is_last = next(names), k == len(moves) - 1
         if is_last and home_m is not None and np.allclose(places[k + 1], home_m):
             name = HOME
         yield Row(name, start_s, end_s, places[k], float(np.hypot(*step_m)), _bearing_deg(step_m))
+
+
+def _stays(track: Track, start_s: float, end_s: float) -> str:
+    """Return what it does in one place: it climbs before it sees, and comes down after."""
+    on_s = track.sensor_on
+    if len(on_s) and start_s == track.time_s[0] and end_s <= on_s[0, 0]:
+        return CLIMBS
+    if len(on_s) and end_s == track.time_s[-1] and start_s >= on_s[-1, 1]:
+        return COMES_DOWN
+    return HOVERS
 
 
 def _streets(from_m: Floats, to_m: Floats, network: RoadNetwork, radius_m: float) -> list[str]:

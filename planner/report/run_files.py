@@ -7,25 +7,12 @@ from typing import Any
 import numpy as np
 
 from planner.clock import clock
-from planner.export.sumo_gui import (
-    net_to_open,
-    write_configuration,
-    write_look,
-    write_overlay,
-)
+from planner.export.gui_settings import write_for_gui
 from planner.flight.plan import Plan
 from planner.futures.store import Recording
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
-from planner.mission.run_folder import (
-    EVALUATION,
-    GUI,
-    LOOK,
-    NET,
-    OVERLAY,
-    PICTURE,
-    PLAN,
-)
+from planner.mission.run_folder import EVALUATION, PICTURE, PLAN
 from planner.parquet import write_table
 from planner.report.csv_file import write_csv
 from planner.report.picture import plan_picture
@@ -47,10 +34,7 @@ def write_run(
     assert row.evaluated is not None
     write_plan(folder / PLAN, content)
     _write_evaluation(folder / EVALUATION, row, problem.network.credit)
-    write_overlay(folder / OVERLAY, plan, problem.network, problem.airspace)
-    write_look(folder / LOOK)
-    net = net_to_open(problem.network.path, folder / NET)
-    write_configuration(folder / GUI, net, overlay=OVERLAY, look=LOOK, until_s=problem.horizon_s)
+    write_for_gui(folder, plan, problem.network, problem.airspace)
     curves = {
         f"{len(row.planned.weight):,} futures planned with": row.planned,
         f"{len(row.evaluated.weight):,} {row.fresh.name}": row.evaluated,

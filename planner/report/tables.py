@@ -13,6 +13,7 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.flight.legs import leg_ends
 from planner.flight.plan import Plan
+from planner.flight.simplified import told_knots
 from planner.flight.track import Track
 from planner.messages import counted
 from planner.mission.trial import Trial
@@ -143,7 +144,9 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     return table
 
 
-def waypoints_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> FittingTable:
+def waypoints_table(
+    plan: Plan, network: RoadNetwork, until_s: float = math.inf, *, radius_m: float | None = None
+) -> FittingTable:
     """Return where a flight off the roads goes, with times on the target's clock.
 
     In a town a place is its street, and where it lies on the Earth if the net says so.
@@ -152,6 +155,8 @@ def waypoints_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf)
     ----------
     until_s
         As ``legs_table`` takes it.
+    radius_m
+        How far the sensor sees: bends that do not matter to it are left out. None: all are told.
     """
     place = ("place",) if is_georeferenced(network) else ("x (m)", "y (m)")
     named = has_street_names(network)
@@ -159,7 +164,9 @@ def waypoints_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf)
     times = (Column("arrives"), Column("leaves", rank=1))
     columns = (Column("#"), *street, *map(Column, place), *times)
     table = FittingTable("waypoints in the order flown", columns)
-    stays = [stay for track in plan.tracks for stay in _stays(track) if stay.from_s < until_s]
+    stays = [
+        stay for track in plan.tracks for stay in _stays(track, radius_m) if stay.from_s < until_s
+    ]
     for order, (x_m, y_m, from_s, to_s) in enumerate(stays[:MOST_ROWS], 1):
         xy_m = np.array([x_m, y_m])
         cells = [_street(network, xy_m)] * named
@@ -188,10 +195,12 @@ class _Stay(NamedTuple):
     to_s: float
 
 
-def _stays(track: Track) -> list[_Stay]:
+def _stays(track: Track, radius_m: float | None) -> list[_Stay]:
     """Return the places of a flight in the order flown."""
     found: list[_Stay] = []
-    for time_s, x_m, y_m in zip(track.time_s, track.x_m, track.y_m, strict=True):
+    told = slice(None) if radius_m is None else told_knots(track, radius_m)
+    columns = (track.time_s[told], track.x_m[told], track.y_m[told])
+    for time_s, x_m, y_m in zip(*columns, strict=True):
         begun_s = time_s
         if found and found[-1][:2] == (x_m, y_m):
             begun_s = found.pop().from_s

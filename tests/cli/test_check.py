@@ -45,7 +45,7 @@ def test_a_scenario_is_measured_and_its_remarks_told_here_alone(
     flat = " ".join(said.out.split())
     assert "exits 16" in flat
     assert "740 for cars" in flat
-    assert "400 particles until 0:30:00: 400 SUMO runs" in flat
+    assert "1,000 particles until 0:30:00: 1,000 SUMO runs" in flat
     assert "uav.speed_mps: 15 m/s is less than 3 times" in flat
     assert "\n  method assumes" in said.out  # below what its line begins with, not its dash
     assert run("build", "berlin").err == ""  # no longer with every command
@@ -54,8 +54,8 @@ def test_a_scenario_is_measured_and_its_remarks_told_here_alone(
 def test_json_holds_what_the_table_tells(run: Commands) -> None:
     found = run("check", "berlin", "--json").json
     assert (found["edges"], found["exits"], found["signals"]) == (740, 16, 15)
-    assert found["cost"]["recording"]["runs"] == 400
-    assert found["cost"]["plan"]["runs"] == 400 + 400 + 2100
+    assert found["cost"]["recording"]["runs"] == 1000
+    assert found["cost"]["plan"]["runs"] == 1000 + 1000 + 2100
     assert found["attribution"] == OF_OSM
     assert any("pieces" in line for line in found["remarks"])
 

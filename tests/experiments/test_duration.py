@@ -122,10 +122,13 @@ def test_a_town_is_charged_by_its_own_net(tmp_path: Path, berlin: OpenScenario) 
     path = tmp_path / "town.toml"
     path.write_text('scenario = "berlin"\ntargets = 100\n[factors]\nmethod = ["rate"]\n')
     (condition,) = read_experiment(path).conditions()
-    horizon_s = berlin.scenario.search.horizon_s
-    driven = [cost_of(berlin.network, n, driving="free", horizon_s=horizon_s) for n in (400, 100)]
+    search = berlin.scenario.search
+    driven = [
+        cost_of(berlin.network, n, driving="free", horizon_s=search.horizon_s)
+        for n in (search.particles, 100)
+    ]
     found = duration_of([condition], {})
-    assert found.runs == 500
+    assert found.runs == search.particles + 100
     assert found.time_s == pytest.approx(CONDITION_S + sum(cost.wall_s(1) for cost in driven))
 
 

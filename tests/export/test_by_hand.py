@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner.clock import clock
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -123,6 +124,22 @@ def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
     assert text.count("  straight ") == 2
     better = Summary(flown, wanted, (), Worth(worth.written, worth.planned)).text
     assert "flown by hand it gains" in better
+    same = Summary(flown, wanted, (), Worth(worth.written, worth.written)).text
+    assert f"finds as many as planned, {found.detection_probability:.1%}" in same
+    assert f"in the air for {clock(flown.lasts_s)}, as planned" in same
+
+
+def test_a_leg_that_is_long_in_words_goes_on_below_them(
+    flown: RunFlight, on_street: np.ndarray
+) -> None:
+    first, *others = flown.by_hand
+    long = replace(flown, by_hand=(first._replace(phrase="way " * 15), *others))
+    sensor, objective = judge(on_street)[1:]
+    worth = Flown(evaluate((flown.track,), resting(on_street), sensor, objective), 900.0)
+    text = Summary(long, Wanted.of(None, "px4", "relative"), (), Worth(worth, worth)).text
+    (leg, more) = (line for line in text.splitlines() if "way way" in line)
+    assert len(leg) <= 80
+    assert leg.index("way") == more.index("way")
 
 
 def test_bearings_are_from_true_north(berlin: OpenScenario) -> None:

@@ -9,12 +9,14 @@ import pytest
 import shapely
 from lxml import etree
 
+from planner.clock import clock
 from planner.errors import OutputError
 from planner.export.sumo_gui import write_overlay
 from planner.flight.airspace import Airspace
+from planner.flight.pieces import along, pieces
 from planner.flight.plan import Plan
 from planner.network.sumo import binary, sumo_home
-from planner.search.plan import plan_of_legs, plan_of_wait
+from planner.search.plan import plan_of_legs, plan_of_wait, plan_of_waypoints
 from support.grid_instance import grid_futures, grid_problem
 from support.instances import figure3
 
@@ -70,6 +72,37 @@ def test_lines_follow_the_flight(tmp_path: Path) -> None:
     times = [float(param.get("value")) for param in tree.iter("param") if "_s" in param.get("key")]
     flown = np.cumsum([600, 50, np.hypot(100, 80), np.hypot(50, 40)])
     assert np.allclose(times, np.repeat([0, *flown], [1, 2, 2, 2, 1]), atol=0.01)
+
+
+def test_arrows_point_ahead(tmp_path: Path) -> None:
+    network = figure3()
+    order = [network.road_ids.index("AB") * 2, network.road_ids.index("CE") * 2 + 1]
+    plan = plan_of_legs(PROBLEM.replace(network=network), "greedy", order)
+    write_overlay(tmp_path / "p.add.xml", plan, network)
+    arrows = np.array(shapes(etree.parse(str(tmp_path / "p.add.xml")), "direction"))
+    flown = pieces(plan)
+    assert len(arrows) == len(flown) == 4
+    for piece, (tip, *tail) in zip(flown, arrows, strict=True):
+        (first, last), ahead = piece.xy_m[[0, -1]], tip - np.mean(tail, axis=0)
+        assert np.allclose(tip, first + 0.8 * (last - first), atol=0.01)
+        assert np.allclose(ahead / np.linalg.norm(ahead), along(piece.xy_m, 0.8)[1], atol=1e-3)
+
+
+def test_off_the_roads_clocks_stand_where_there_is_room(tmp_path: Path) -> None:
+    start = (PROBLEM.uav.x_m, PROBLEM.uav.y_m)
+    there_and_back = [start, (0.0, 0.0), (5.0, 0.0), (10.0, 0.0), start]
+    stops = np.column_stack([there_and_back, np.zeros(5)])
+    plan = plan_of_waypoints(PROBLEM, "spiral", stops)
+    write_overlay(tmp_path / "p.add.xml", plan, PROBLEM.network)
+    tree = etree.parse(str(tmp_path / "p.add.xml"))
+    assert len(shapes(tree, "way")) == 4
+    assert len(shapes(tree, "direction")) == 2
+    first, near = tree.xpath("//poi[@type='time']")  # of the way back the middle is taken
+    times_s = plan.tracks[0].time_s
+    assert first.xpath("param/@value") == [clock(times_s[:2].mean())]
+    assert near.xpath("param/@value") == [clock(times_s[1:3].mean())]
+    assert float(first.get("x")) == pytest.approx(start[0] / 2, abs=0.01)
+    assert float(near.get("x")) == pytest.approx(2.5)
 
 
 def test_areas_are_outlines(tmp_path: Path, schema: etree.XMLSchema) -> None:

@@ -51,11 +51,28 @@ def test_the_reach_is_that_of_nine_in_ten() -> None:
         weight=np.full(11, 1 / 11),
         gone=np.ones(11, bool),
     )
-    assert reach_m(cloud, 600.0) == pytest.approx(1000.0)
-    assert reach_m(cloud, 300.0) == pytest.approx(500.0)
+    assert reach_m(cloud, 600.0) == pytest.approx((1000.0, 1.0))
+    assert reach_m(cloud, 300.0) == pytest.approx((500.0, 1.0))
+    assert "90% of the particles are within" in told_reach(cloud, 700.0)
     assert "within 0.5 km at 5 min, 1.0 km at 10 min of the middle" in told_reach(cloud, 700.0)
     assert "within 0.1 km at 1 min of the middle" in told_reach(cloud, 60.0)
     assert "all particles are gone" in told_reach(cloud.take(np.arange(0)), 600.0)
+
+
+def test_the_reach_is_told_of_those_on_the_map_and_how_many_they_are() -> None:
+    cloud = Futures(
+        time_s=np.array([0.0, 600.0, 0.0, 400.0, 0.0, 400.0, 0.0, 400.0]),
+        x_m=np.array([0.0, 600.0] + 3 * [0.0, 4000.0]),
+        y_m=np.zeros(8),
+        first_knot=np.arange(0, 10, 2),
+        weight=np.full(4, 1 / 4),
+        gone=np.ones(4, bool),
+    )
+    assert reach_m(cloud, 600.0) == pytest.approx((600.0, 0.25))
+    said = told_reach(cloud, 700.0)
+    assert "90% of the particles that are on the map then are within" in said
+    assert "0.6 km at 10 min (25% are) of the middle" in said
+    assert "at 5 min (100% are)" in said
 
 
 def test_abstract_nets_have_no_clock(run: Commands) -> None:

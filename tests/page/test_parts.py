@@ -21,7 +21,7 @@ from planner.page.content import Drawn, page_content
 from planner.page.earth import Box, earth_content, mgrs_square, utm_zone
 from planner.page.earth import band as band_of
 from planner.page.frame import MOST, NEVER, Frame, packed
-from planner.page.rows import HOME, HOVERS, rows_of
+from planner.page.rows import CLIMBS, COMES_DOWN, HOME, HOVERS, rows_of
 from planner.page.targets import MOST_KNOTS, MOST_TARGETS, drawn_knots, picked
 from planner.page.words import Clock, for_posix, for_powershell, odds
 from support.page_runs import called, drives, shown
@@ -153,6 +153,17 @@ def test_a_flight_off_the_roads_is_told_by_its_streets(berlin: OpenScenario) -> 
     ]
     assert rows[0].bearing_deg == pytest.approx(180.0)
     assert rows[2].length_m == pytest.approx(np.hypot(*(b - a)) + np.hypot(*(c - b)))
+
+
+def test_what_it_does_in_one_place_before_and_after_it_sees_is_no_hovering(
+    berlin: OpenScenario,
+) -> None:
+    home = berlin.network.shape_xy_m[0]
+    x_m, y_m = np.array([home, home, home, home + 500.0, home, home]).T
+    times_s = np.array([0.0, 40.0, 50.0, 100.0, 150.0, 210.0])
+    track = Track(times_s, x_m, y_m, np.array([[40.0, 150.0]]))
+    rows = rows_of(track, (), berlin.network, home_m=tuple(home), radius_m=60.0)
+    assert [row.name for row in rows if row.length_m == 0.0] == [CLIMBS, HOVERS, COMES_DOWN]
 
 
 # Words

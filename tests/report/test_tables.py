@@ -147,6 +147,23 @@ def test_a_flight_off_the_roads_is_a_table_of_stays(printed: Callable[[object], 
     assert "street" not in text
 
 
+def test_bends_that_do_not_matter_to_the_sensor_are_no_waypoints(
+    printed: Callable[[object], str],
+) -> None:
+    track = Track(
+        np.array([0.0, 40.0, 41.0, 60.0, 61.0, 62.0, 90.0]),
+        np.array([0.0, 0.0, 15.0, 300.0, 308.0, 310.0, 310.0]),
+        np.array([0.0, 0.0, 1.0, 0.0, 2.0, 10.0, 400.0]),
+        np.array([[40.0, 90.0]]),
+    )
+    plan = Plan("best", (track,), ((),))
+    assert line(printed(waypoints_table(plan, NET)), "6 ")[:2] == ["6", "310"]
+    text = printed(waypoints_table(plan, NET, radius_m=60.0))
+    assert line(text, "1 ") == ["1", "0", "0", "0:00:00", "0:00:40"]  # where it stays
+    assert line(text, "2 ")[1:3] in (["300", "0"], ["308", "2"], ["310", "10"])
+    assert line(text, "3 ") == ["3", "310", "400", "0:01:30", "0:01:30"]
+
+
 def test_in_a_town_a_waypoint_is_a_street_and_a_place_on_the_earth(
     printed: Callable[[object], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
