@@ -28,6 +28,7 @@ DEAD_S = 0.3  # to wait for the processes that are killed
 SAY_S = 0.2  # to wait for a terminal that takes nothing
 
 _undo: list[Callable[[], object]] = []
+_gently: list[Callable[[], object]] = []  # done before the processes that we started are killed
 _requests: list[threading.Event] = []  # one per search that can be asked to finish
 _signals: list[socket.socket] = []  # where the numbers of signals arrive, and stay until dealt with
 _ends = threading.Event()  # set once the program is being stopped
@@ -56,6 +57,25 @@ def undone_if_stopped(undo: Callable[[], object]) -> Iterator[None]:
         yield
     finally:
         _undo.remove(undo)
+
+
+@contextmanager
+def ended_gently(end: Callable[[], object]) -> Iterator[None]:
+    """Have processes end by themselves if the program is stopped within the block.
+
+    They have half-done things of their own, which they cannot undo once they are killed. As in
+    `at_stop`, it must not wait for a lock that the main thread may hold.
+
+    Parameters
+    ----------
+    end
+        Asks them to, and waits until they have, for a while.
+    """
+    _gently.append(end)
+    try:
+        yield
+    finally:
+        _gently.remove(end)
 
 
 @contextmanager
@@ -137,6 +157,9 @@ def _end(number: int) -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, number)
     for wait_s in (STILL_S, AGAIN_S):
         still = _holds_still.wait(wait_s)
+        for end in [*_gently]:
+            with contextlib.suppress(Exception):
+                end()
         _kill_descendants()
         for undo in reversed([*_undo]):
             with contextlib.suppress(Exception):

@@ -84,7 +84,7 @@ def _at_s(arguments: argparse.Namespace, flight: Flown, stored: StoredPlan) -> f
 
 def _fresh(arguments: argparse.Namespace, opened: OpenScenario, stored: StoredPlan) -> Recording:
     """Return the targets that both flights are held against: those of the run, or others."""
-    many: int = arguments.targets or int(stored.evaluated["targets"])
+    many: int = arguments.targets or stored.evaluated["targets"]
     drive = Drive.of_truth("recording fresh targets", opened)
 
     def record(recorder: Recorder) -> Recording:

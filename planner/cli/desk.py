@@ -102,6 +102,7 @@ class Desk:
         self._changed = threading.Condition()
         self._exporting = threading.Lock()
         self._process: subprocess.Popen[str] | None = None
+        self._exporter: subprocess.Popen[str] | None = None
         self._stops = False
         self.is_closed = False
 
@@ -151,10 +152,12 @@ class Desk:
     def close(self) -> None:
         """End what is being planned, and those who listen."""
         with self._changed:
-            process, self.is_closed = self._process, True
+            started, self.is_closed = (self._process, self._exporter), True
             self._changed.notify_all()
-        if process is not None:
+        running = [process for process in started if process is not None]
+        for process in running:
             process.terminate()
+        for process in running:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(PATIENCE_S)
 
@@ -245,17 +248,18 @@ class Desk:
 
     def _export(self, folder: Path) -> None:
         command = ["export", str(folder), "--force", "--format", ",".join(OF_FLIGHT.values())]
-        done = subprocess.run(
+        with subprocess.Popen(
             [*self._planner, *command],
             stdin=subprocess.DEVNULL,
-            capture_output=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             encoding="utf-8",
             errors="replace",
             start_new_session=True,
-            check=False,
-        )
-        if done.returncode:
-            said = [line.removeprefix("planner: ") for line in done.stderr.splitlines()]
+        ) as self._exporter:
+            _, errors = self._exporter.communicate()
+        if self._exporter.returncode:
+            said = [line.removeprefix("planner: ") for line in errors.splitlines()]
             raise InputError(as_line("; ".join(said) or "the files could not be written"))
 
 

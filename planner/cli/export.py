@@ -220,7 +220,7 @@ def _worth(
     from planner.export.from_run import line_alone
     from planner.export.odds import Odds
 
-    many = int(stored.evaluated["targets"])
+    many: int = stored.evaluated["targets"]
     drive = Drive.of_truth("recording fresh targets", opened)
     truth = recorded(arguments, opened, drive, lambda one: one.evaluation(many)).futures
 

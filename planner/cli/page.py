@@ -96,7 +96,7 @@ def _fresh_of_run(
     kept_out = None if own is None else read_split(own, opened).kept_out
     if kept_out is not None:
         return kept_out
-    many = int(stored.evaluated["targets"])
+    many: int = stored.evaluated["targets"]
     drive = Drive.of_truth("recording fresh targets", opened)
     return recorded(arguments, opened, drive, lambda one: one.evaluation(many))
 

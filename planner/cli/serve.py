@@ -76,6 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.desk import Desk
     from planner.cli.serving import Server
     from planner.errors import OutputError
+    from planner.interrupts import ended_gently
     from planner.mission.areas import airspace_over
     from planner.mission.call import net_of
     from planner.page.serving import page_of_net
@@ -107,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
             f"{arguments.bind}:{arguments.port}: cannot listen there ({reason}); choose another "
             "--port, or another address of this computer"
         ) from error
-    with server, closing(desk):
+    with server, closing(desk), ended_gently(desk.close):
         if not arguments.json:
             out.print("Ctrl-C ends it")
         server.serve_forever()

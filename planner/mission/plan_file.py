@@ -20,6 +20,7 @@ from planner.flight.plan import FlownLeg, Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.guard import read_json
+from planner.messages import as_written
 from planner.mission.places import frame, place, waypoints
 from planner.network.road_network import RoadNetwork
 from planner.search.problem import Problem
@@ -214,8 +215,14 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         Objective(
             _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
         ),
-        dict(content["evaluated"]),
+        {**content["evaluated"], "targets": _whole(content["evaluated"]["targets"])},
     )
+
+
+def _whole(number: object) -> int:
+    if type(number) is not int or number < 1:
+        raise ValueError(f"evaluated on {as_written(number)} targets")
+    return number
 
 
 def _above_zero(number: float) -> float:

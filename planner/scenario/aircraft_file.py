@@ -67,7 +67,8 @@ def aircraft_written_out(
     try:
         said, found = _said(_path(name, folder, (*shipped_aircraft(), IDEAL)))
     except InputError as error:
-        said, found = {}, [Fault("uav.aircraft", str(error))]
+        faults.append(Fault("uav.aircraft", str(error)))
+        said, found = {}, []
     faults += [Fault("uav.aircraft", f"{name}: {fault.key} {fault.text}") for fault in found]
     return {**said, **table, "aircraft": name}
 

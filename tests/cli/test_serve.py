@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
@@ -261,6 +262,31 @@ def test_the_command_serves_until_ctrl_c(tmp_path: Path) -> None:
     assert (process.returncode, err) == (130, "planner: stopped; nothing is half-written\n")
     assert len(re.findall("open http", out)) == 1  # the next link
     assert list(tmp_path.iterdir()) == []
+
+
+SERVES_A_CALL = """
+import sys, time
+from planner.cli import desk, main, serving
+desk.Desk.__init__.__defaults__ = ((), sys.argv[3:])
+serving.Server.serve_forever = lambda self: (self.desk.begin({"at": "tidies"}), time.sleep(60))
+main(["serve", sys.argv[1], "-o", sys.argv[2]])
+"""
+
+
+def test_ctrl_c_leaves_time_to_the_planner_to_undo_what_is_half_done(tmp_path: Path) -> None:
+    (tmp_path / "page").touch()
+    arguments = [TOWN, str(tmp_path), *fake_planner.PROGRAM]
+    command = [sys.executable, "-c", SERVES_A_CALL, *arguments]
+    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
+        patient_until = time.monotonic() + PATIENCE_S
+        while not [*tmp_path.rglob("half-done")] and time.monotonic() < patient_until:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 130
+    assert err.endswith("planner: stopped; nothing is half-written\n")
+    assert [*tmp_path.rglob("plan.json")] != []
+    assert [*tmp_path.rglob("half-done")] == []
 
 
 def test_where_it_listens(capsys: pytest.CaptureFixture[str], server: Server) -> None:

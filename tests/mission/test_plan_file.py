@@ -141,6 +141,15 @@ def test_a_plan_of_schema_1_is_read() -> None:
     assert stored.objective.horizon_s == content["planned"]["horizon_s"]
 
 
+@pytest.mark.parametrize("targets", ["many", 0, -5, 2.5, True, None])
+def test_a_forged_number_of_targets_is_refused(tmp_path: Path, targets: object) -> None:
+    content = json.loads(OLD.read_text(encoding="utf-8"))
+    content["evaluated"]["targets"] = targets
+    (tmp_path / "plan.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(InputError, match=r"plan\.json: is no plan .*evaluated on .* targets"):
+        read_plan(tmp_path / "plan.json", figure3())
+
+
 def test_a_plan_for_another_net_is_refused(tmp_path: Path) -> None:
     written(tmp_path / "plan.json", transit=True)
     other = replace(figure3(), sha256="0" * 64)

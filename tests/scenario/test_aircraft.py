@@ -73,6 +73,7 @@ def test_a_file_beside_the_scenario(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("override", "said"),
     [
+        ("uav.aircraft=multikopter", "uav.aircraft: multikopter: is no file and no aircraft"),
         ("uav.aircraft=multikopter", "did you mean multicopter"),
         ("uav.aircraft=3", "uav.aircraft: should be a name in quotes, not 3; known: fixed-wing"),
         ("uav.aircraft=wrong.toml", "uav.aircraft: wrong.toml: uav.speed is no key of an aircraft"),
@@ -90,6 +91,7 @@ def test_faults(folder: Path, override: str, said: str) -> None:
     with pytest.raises((InputError, ScenarioError)) as caught:
         uav(folder, override)
     assert said in str(caught.value)
+    assert "\n" not in str(caught.value)  # nothing is missing because it is faulty
 
 
 def test_what_a_run_keeps_is_its_aircraft_whatever_becomes_of_profiles(folder: Path) -> None:
