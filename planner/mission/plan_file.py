@@ -26,6 +26,8 @@ from planner.network.road_network import RoadNetwork
 from planner.search.problem import Problem
 
 SCHEMA = "planner.plan/2"
+LEG_TIMES = ("depart_s", "start_s", "end_s")
+ROUNDED_S = 1.0  # by which a leg may begin before its track, or end after it
 SCHEMAS = ("planner.plan/1", SCHEMA)  # that are read
 
 
@@ -210,7 +212,7 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
     if not tracks:
         raise ValueError("no uavs")
     return StoredPlan(
-        Plan(content["method"], tuple(tracks), tuple(legs)),
+        Plan(_text(content["method"]), tuple(tracks), tuple(legs)),
         Sensor(_above_zero(content["planned"]["radius_m"])),
         Objective(
             _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
@@ -225,6 +227,12 @@ def _whole(number: object) -> int:
     return number
 
 
+def _text(name: object) -> str:
+    if not isinstance(name, str):
+        raise ValueError(f"the method is {as_written(name)}, no name")
+    return name
+
+
 def _above_zero(number: float) -> float:
     if not 0 < number < np.inf:
         raise ValueError(f"{number} is not above zero")
@@ -232,10 +240,14 @@ def _above_zero(number: float) -> float:
 
 
 def _flown(leg: Mapping[str, Any], network: RoadNetwork, track: Track) -> FlownLeg:
-    road, start_s, end_s = network.road_index[leg["road"]], leg["start_s"], leg["end_s"]
+    depart_s, start_s, end_s = np.array([leg[key] for key in LEG_TIMES], float).tolist()
+    begins_s, ends_s = track.time_s[0] - ROUNDED_S, track.end_s + ROUNDED_S
+    if not begins_s <= depart_s <= start_s <= end_s <= ends_s:
+        raise ValueError(f"a leg from {start_s:g} to {end_s:g} s, when nobody flies")
+    road = network.road_index[leg["road"]]
     against = leg["from_node"] != network.node_ids[network.road_from[road]]
     if network.road_from[road] == network.road_to[road]:  # a loop: the way tells, not the nodes
         quarters_m = network.road_length_m[road] * np.array([0.25, 0.75])
         off_m = network.xy(np.full(2, road), quarters_m) - track.xy(start_s + (end_s - start_s) / 4)
         against = bool(np.argmin(np.hypot(*off_m.T)))
-    return FlownLeg(Legs.both(road)[against], leg["depart_s"], start_s, end_s)
+    return FlownLeg(Legs.both(road)[against], depart_s, start_s, end_s)

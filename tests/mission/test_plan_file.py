@@ -150,6 +150,23 @@ def test_a_forged_number_of_targets_is_refused(tmp_path: Path, targets: object) 
         read_plan(tmp_path / "plan.json", figure3())
 
 
+@pytest.mark.parametrize("key", ["depart_s", "start_s", "end_s"])
+@pytest.mark.parametrize("time_s", [None, "soon", [1.0], 1e300, -1e300])
+def test_a_leg_when_nobody_flies_is_refused(tmp_path: Path, key: str, time_s: object) -> None:
+    content = json.loads(OLD.read_text(encoding="utf-8"))
+    content["uavs"][0]["legs"][0][key] = time_s
+    (tmp_path / "plan.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(InputError, match=r"plan\.json: is no plan for this network"):
+        read_plan(tmp_path / "plan.json", figure3())
+
+
+def test_a_method_without_a_name_is_refused(tmp_path: Path) -> None:
+    content = json.loads(OLD.read_text(encoding="utf-8")) | {"method": {"a": 1}}
+    (tmp_path / "plan.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(InputError, match=r"plan\.json: .*the method is .* no name"):
+        read_plan(tmp_path / "plan.json", figure3())
+
+
 def test_a_plan_for_another_net_is_refused(tmp_path: Path) -> None:
     written(tmp_path / "plan.json", transit=True)
     other = replace(figure3(), sha256="0" * 64)
