@@ -17,19 +17,9 @@ from planner.cli import main
 from planner.export.formats import ABOUT, FILES
 from planner.network.sumo import sumo_home
 from support.command_line import TOWN, Commands, Said
-from support.town_on_earth import CREDIT, on_earth
+from support.town_on_earth import CREDIT, SETS, on_earth
 
 SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "30")
-REAL = {
-    "speed_mps": 15,
-    "acceleration_mps2": 1.4,
-    "corner_m": 2,
-    "climb_mps": 2.5,
-    "descend_mps": 1.5,
-    "max_flight_time_s": 1500,
-    "return_to": "start",
-}
-SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
 SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=60")
 ORIGIN = ("--origin", "49.6,6.1")
 

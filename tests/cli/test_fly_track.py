@@ -23,18 +23,8 @@ from planner.telemetry.read import read_log
 from support.command_line import Commands, Said
 from support.recorded_flights import FOLDER
 from support.recordings import SEEN, Point, gpx
-from support.town_on_earth import on_earth
+from support.town_on_earth import SETS, on_earth
 
-REAL = {
-    "speed_mps": 15,
-    "acceleration_mps2": 1.4,
-    "corner_m": 2,
-    "climb_mps": 2.5,
-    "descend_mps": 1.5,
-    "max_flight_time_s": 1500,
-    "return_to": "start",
-}
-SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
 SHORT = ("--set", "search.horizon_s=1800", "--set", "sensor.radius_m=20")
 SMALL = ("--method", "rate", "--set", "search.particles=20", "--targets", "200")
 

@@ -8,6 +8,16 @@ from support.command_line import TOWN
 UTM = 'projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"'
 OFFSET_M = (-294_000.0, -5_498_000.0)
 CREDIT = "© who -- drew it"
+REAL = {  # keys of [uav] of an aircraft that brakes and climbs
+    "speed_mps": 15,
+    "acceleration_mps2": 1.4,
+    "corner_m": 2,
+    "climb_mps": 2.5,
+    "descend_mps": 1.5,
+    "max_flight_time_s": 1500,
+    "return_to": "start",
+}
+SETS = tuple(word for key, value in REAL.items() for word in ("--set", f"uav.{key}={value}"))
 
 
 def on_earth(folder: Path) -> Path:
