@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.errors import OutputError
     from planner.interrupts import ended_gently
     from planner.mission.areas import airspace_over
-    from planner.mission.call import net_of
+    from planner.mission.call_net import net_of
     from planner.page.serving import page_of_net
 
     tables, network = net_of(arguments.net)

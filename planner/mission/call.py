@@ -16,15 +16,13 @@ from planner.belief.places import ALONG_DEG, in_circle
 from planner.clock import rough, span, when
 from planner.errors import Fault, InputError, ScenarioError
 from planner.messages import as_written, plain, suggestion
+from planner.mission.call_net import net_of
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
-from planner.network.net_file import is_net_file
 from planner.network.place_words import Where, heading, on_road, point_of, told, where
-from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
 from planner.scenario.aircraft_file import OF_TOWNS, shipped_aircraft, with_aircraft
 from planner.scenario.profiles import shipped_profiles
-from planner.scenario.sections import OF_SUMO, NetworkSection
-from planner.scenario.source import Tables, read_source
+from planner.scenario.source import Tables
 from planner.scenario.toml_text import toml_text
 from planner.scenario.uav import UavSection
 
@@ -38,7 +36,6 @@ TO_PLAN_S = 60.0  # until take-off, where nobody says when the drone is ready
 LASTS_S = 1800.0  # how long is searched, where the aircraft has no limit
 FARTHEST = timedelta(days=2)  # from now; what is farther away is another day, or a slip
 DEGREE_DIGITS, METRE_DIGITS = 6, 1
-OF_NET = ("network", "airspace", "sensor")  # sections that a call takes from a scenario
 # Whose word a key of the scenario is, the longer keys first.
 OPTIONS = {
     "search.horizon_s": "--until",
@@ -50,7 +47,6 @@ OPTIONS = {
     "target": "--target",
     "uav": "--aircraft",
 }
-PATHS = ("nodes", "edges", "connections", "signals", "net", "osm", "within", "no_fly", "fence")
 
 
 @dataclass(frozen=True)
@@ -128,41 +124,6 @@ def as_said(fault: Fault) -> Fault:
     """Return the fault of a call's scenario as one of the word that its key comes from."""
     option = next((word for key, word in OPTIONS.items() if fault.is_about(key)), None)
     return fault if option is None else replace(fault, key=f"{option} ({fault.key})")
-
-
-def net_of(net: str) -> tuple[Tables, RoadNetwork]:
-    """Return the sections that are the net's, with paths that hold anywhere, and the net itself."""
-    if net.startswith(OF_SUMO) or is_net_file(Path(net)):
-        name = net if net.startswith(OF_SUMO) else Path(net).resolve().as_posix()
-        tables: Tables = {"network": {"net": name}}
-        folder = Path()
-    else:
-        source = read_source(net)
-        if source.faults:
-            raise ScenarioError(net, source.faults)
-        folder = source.folder
-        tables = {
-            key: _absolute(source.tables[key], folder)
-            for key in OF_NET
-            if isinstance(source.tables.get(key), dict)
-        }
-    section, errors = NetworkSection.attempt(tables.get("network", {}))
-    if errors or section is None:
-        raise InputError(f"{net}: its [network] is faulty; `planner check {net}` says where")
-    return tables, open_network(section, folder)
-
-
-def _absolute(table: Mapping[str, Any], folder: Path) -> Tables:
-    """Return a section with paths that hold from anywhere."""
-    relative = {
-        key: value
-        for key, value in table.items()
-        if key in PATHS and isinstance(value, str) and not value.startswith(OF_SUMO)
-    }
-    return {
-        **table,
-        **{key: (folder / value).resolve().as_posix() for key, value in relative.items()},
-    }
 
 
 class _Heard:

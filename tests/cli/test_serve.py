@@ -19,7 +19,7 @@ from planner.cli.desk import FILES, Desk, words_of
 from planner.cli.serving import MOST_BYTES, Server
 from planner.errors import InputError
 from planner.mission.areas import airspace_over
-from planner.mission.call import net_of
+from planner.mission.call_net import net_of
 from planner.page.serving import page_of_net
 from support import fake_planner
 from support.command_line import TOWN, Commands

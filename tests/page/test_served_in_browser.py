@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from planner.cli.desk import Desk
-from planner.mission.call import net_of
+from planner.mission.call_net import net_of
 from planner.page.serving import page_of_net
 from support import fake_planner
 from support.browser import Browser, opened
