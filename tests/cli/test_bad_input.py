@@ -477,6 +477,10 @@ class Running:
             start_new_session=True,
         )
 
+    def children(self) -> set[int]:
+        """Return its workers, without what they have forked."""
+        return {pid for pid, parent in _parents() if parent == self.process.pid}
+
     def descendants(self) -> set[int]:
         parents = dict(_parents())
         found = {self.process.pid}
@@ -528,16 +532,16 @@ def test_stopped_while_sumo_drives(tmp_path: Path, jobs: int, number: signal.Sig
     output = tmp_path / "runs" / "one"
     running = Running(tmp_path, "plan", TOWN, *QUICK, *MANY, "-j", jobs, "-o", output)
     running.wait_until(running.driving)
-    workers = running.descendants()
-    assert len(workers) == jobs  # each is a process of its own
+    workers, all_of_it = running.children(), running.descendants()
     said, took_s = running.interrupted(number)
+    assert len(workers) == jobs  # each is a process of its own
     assert (said.code, said.out) == (128 + number, "")
     *announced, stopped = said.err.splitlines()
     long = "planner: recording futures: 4,000 SUMO runs, about "
     assert [line[: len(long)] for line in announced] == [long] * (jobs == 1)  # two are quick
     assert stopped == "planner: stopped; nothing is half-written"
     assert took_s < ANSWERED_S
-    assert not alive(workers)
+    assert not alive(workers | all_of_it)
     assert list(running.temporary.iterdir()) == []
     assert not (tmp_path / "runs").exists()
     few = ("--set", "search.particles=5", "--set", "target.driving=free", "--targets", "5")
