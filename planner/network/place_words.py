@@ -293,6 +293,11 @@ def _crossing(said: str, network: RoadNetwork) -> Where | None:
                 f"{as_written(part)} is no street of this net; {_meant(part, network)}"
             )
     one, other = (known[folded(part)] for part in parts)
+    if one == other:
+        raise InputError(
+            f"{as_written(said)} names {one[0]} twice; give a street that crosses it, or "
+            f"{one[0]} alone; {_crosses(one, network)}"
+        )
     called = f"{one[0]} / {other[0]}"
     places = crossings(network, one, other)
     if len(places) == 1:

@@ -11,10 +11,11 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from planner.arrays import Floats
+from planner.clock import to_minute, to_second
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
 from planner.detection.prospects import gone_by
-from planner.mission.call import Call, clock_time
+from planner.mission.call import Call
 from planner.mission.guess import told_reach
 from planner.mission.now_events import BetterPlan, Cloud, Condition, FirstPlan, NoBetter, Outlook
 from planner.network.georeference import coordinates, grid_convergence_deg, is_georeferenced
@@ -67,7 +68,7 @@ def no_better_line(event: NoBetter) -> str:
 
 def take_off(event: FirstPlan) -> str:
     """Return when the drone takes off, on the watch."""
-    return at(event.call, _take_off(event))
+    return to_second(_moment(event.call, _take_off(event)), event.call.called_at)
 
 
 def _lead(lead: Ahead) -> str:
@@ -102,8 +103,8 @@ def screen(event: FirstPlan, outlook: Outlook | None = None) -> Iterator[str]:
 
 
 def at(call: Call, time_s: float) -> str:
-    """Return the time of day of a time on the target's clock."""
-    return clock_time(_moment(call, time_s), call.called_at)
+    """Return the time of day of a time on the target's clock, to the minute."""
+    return to_minute(_moment(call, time_s), call.called_at)
 
 
 def _moment(call: Call, time_s: float) -> datetime:

@@ -157,6 +157,7 @@ def test_names_are_understood(text: str, x_m: float, y_m: float, called: str) ->
             "cross at 2 places; give one of them: x 100 m, y 0 m, or",
         ),
         ("A / B / C", "names 3 streets; give two that cross"),
+        ("Main Str / main strasse", "names Main Straße twice; give a street that crosses it, or"),
         ("lan", '"lan" is no place of this net; did you mean one of Long Lane?'),
         ("xyzzy", "is no place of this net; give 52.43,13.52 (latitude first), a street"),
     ],
