@@ -1,13 +1,13 @@
-"""A session of traffic up to the target's time 0, step by step, and what the traffic is then."""
+"""A session of traffic up to the target's time 0, and what the traffic is like then."""
 
-import importlib
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from planner.errors import InputError
-from planner.futures.traffic import Traffic
+from planner.futures.steering import Step
 
-Step = Callable[[], None]
+HALTING_MPS = 0.1
+FLOWS = 0.5  # the share of vehicles that may halt
+# A backlog grows if so many more wait to enter the net than halfway, as a share of those in it.
+GROWS = 0.1
 
 
 class Warm(NamedTuple):
@@ -18,42 +18,40 @@ class Warm(NamedTuple):
     waiting: int  # to enter the net
     waited: int  # to enter it, when half of the warm-up was over
 
+    @property
+    def has_broken_down(self) -> bool:
+        """Whether more than half of the vehicles halt, or ever more wait to enter."""
+        halts = self.halting > FLOWS * self.vehicles
+        return halts or self.waiting - self.waited > GROWS * self.vehicles
 
-def stepper(libsumo: Any, traffic: Traffic) -> Step:
-    """Return what makes SUMO take one step, steered as the user has it; forks may call it on.
 
-    Raises
-    ------
-    InputError
-        If there is no such function; the step raises it where that function fails.
+def warm_up(libsumo: Any, step: Step, at_s: float) -> Warm:
+    """Take a session of SUMO on to a time; return what the traffic is like then.
+
+    Parameters
+    ----------
+    step
+        As `planner.futures.steering.stepper` makes it.
     """
-    if traffic.control is None:
-        step: Step = libsumo.simulationStep
-        return step
-    module, _, name = traffic.control.partition(":")
-    try:
-        control = getattr(importlib.import_module(module), name)
-    except Exception as error:
-        raise InputError(f"--control {traffic.control}: cannot be had ({error})") from error
-
-    def steered() -> None:
-        try:
-            control(libsumo)
-        except Exception as error:
-            raise InputError(f"--control {traffic.control}: failed ({error})") from error
-        libsumo.simulationStep()
-
-    return steered
-
-
-def warm_up(libsumo: Any, traffic: Traffic, step: Step) -> Warm:
-    """Take a loaded session on to the target's time 0; return what the traffic is like then."""
-    begin_s = libsumo.simulation.getTime()
-    halfway_s, waited = (begin_s + traffic.at_s) / 2, 0
-    while (now_s := libsumo.simulation.getTime()) < traffic.at_s:
-        if now_s <= halfway_s:
-            waited = len(libsumo.simulation.getPendingVehicles())
+    now, pending = libsumo.simulation.getTime, libsumo.simulation.getPendingVehicles
+    halfway_s, waited = (now() + at_s) / 2, 0
+    while now() < at_s:
+        if now() <= halfway_s:
+            waited = len(pending())
         step()
-    names = libsumo.vehicle.getIDList()
-    halting = sum(libsumo.vehicle.getSpeed(name) < 0.1 for name in names)
-    return Warm(len(names), halting, len(libsumo.simulation.getPendingVehicles()), waited)
+    speeds = [libsumo.vehicle.getSpeed(name) for name in libsumo.vehicle.getIDList()]
+    halting = sum(speed < HALTING_MPS for speed in speeds)
+    return Warm(len(speeds), halting, len(pending()), waited)
+
+
+def breakdown(sessions: list[Warm], given_as: object) -> str | None:
+    """Return a line on traffic that does not flow in some of its runs; None where it flows."""
+    broken = [warm for warm in sessions if warm.has_broken_down]
+    if not broken:
+        return None
+    worst = max(broken, key=lambda warm: warm.halting + warm.waiting)
+    return (
+        f"{given_as}: traffic has broken down in {len(broken)} of {len(sessions)} runs (at the "
+        f"worst {worst.halting} of {worst.vehicles} vehicles halt and {worst.waiting} wait to "
+        "enter); fewer vehicles, or a time before that, are nearer to a town's"
+    )

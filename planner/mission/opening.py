@@ -12,7 +12,7 @@ from planner.belief.mixture import Belief, Mixture
 from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
-from planner.futures.traffic import Traffic
+from planner.futures.traffic import NO_PERMIT, Permit, Traffic
 from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
@@ -67,8 +67,7 @@ def open_scenario(
     *,
     preset: str | None = None,
     overrides: Sequence[str] = (),
-    allowed: Sequence[Path] = (),
-    control: str | None = None,
+    permit: Permit = NO_PERMIT,
 ) -> OpenScenario:
     """Return a scenario with its network and priors.
 
@@ -76,8 +75,8 @@ def open_scenario(
     ----------
     place, preset, overrides
         As `planner.scenario.draft.read_draft` takes them.
-    allowed, control
-        As `planner.mission.traffic.traffic_of` takes them.
+    permit
+        What the traffic's files and its control may be.
 
     Raises
     ------
@@ -102,7 +101,7 @@ def open_scenario(
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
         airspace = _airspace(draft, network, faults)
-        traffic = _traffic(draft, faults, allowed, control)
+        traffic = _traffic(draft, network, faults, permit)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -137,13 +136,13 @@ def _airspace(draft: Draft, network: RoadNetwork, faults: list[Fault]) -> Airspa
 
 
 def _traffic(
-    draft: Draft, faults: list[Fault], allowed: Sequence[Path], control: str | None
+    draft: Draft, network: RoadNetwork, faults: list[Fault], permit: Permit
 ) -> Traffic | None:
     """Return the traffic; adds what is wrong with its files."""
     if any(fault.is_about("traffic") for fault in faults):
         return None
     try:
-        return traffic_of(draft, allowed=allowed, control=control)
+        return traffic_of(draft, network, permit)
     except InputError as error:
         faults.append(Fault("traffic", str(error)))
         return None
