@@ -12,13 +12,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from planner import compass
 from planner.belief.places import ALONG_DEG, in_circle
 from planner.clock import rough, span, to_minute, to_second, when
 from planner.errors import Fault, InputError, ScenarioError
 from planner.messages import as_written, plain, suggestion
 from planner.mission.call_net import at_home, net_of
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
-from planner.network.place_words import Where, heading, on_road, point_of, told, where
+from planner.network.place_words import Where, heading, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.aircraft_file import OF_TOWNS, shipped_aircraft, with_aircraft
 from planner.scenario.profiles import shipped_profiles
@@ -207,7 +208,7 @@ class _Heard:
             self.faults.append(Fault("--radius-m", text))
         start = self._tried("--last-seen", lambda: self._start(place, to_deg))
         radius = "" if place.edges else f", within {self._radius_m:g} m"
-        to = "" if to_deg is None else f", heading {point_of(to_deg)} ({to_deg:g} deg)"
+        to = "" if to_deg is None else f", heading {compass.letters(to_deg)} ({to_deg:g} deg)"
         self._said[0] = ("last seen", f"{self._said[0][1]}{radius}{to}")
         goes, why = at_home(profile, self.network)
         self._said.append(("target", f"{profile}; {why}" if why else profile))

@@ -14,7 +14,6 @@ from planner.network.place_words import (
     folded,
     heading,
     on_road,
-    point_of,
     told,
     where,
 )
@@ -227,7 +226,6 @@ def test_what_is_no_heading(text: str) -> None:
 
 
 def test_points_of_the_compass_and_loose_names() -> None:
-    assert [point_of(deg) for deg in (0.0, 44.0, 359.0, 180.0)] == ["N", "NE", "N", "S"]
     assert folded("Ernst-Ruska-Ufer") == folded("ernst ruska  UFER")
     assert folded("Wegedornstr.") == folded("Wegedornstraße") == folded("WEGEDORNSTRASSE")
     assert folded("Strand") == "strand"
