@@ -10,7 +10,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, fre
 from planner.checked import choice, finite, offsets, same_length, weights
 from planner.errors import InputError
 
-Driving = Literal["constant", "free"]
+Driving = Literal["constant", "free", "traffic"]
 
 
 # What columns hold that are left out.
@@ -39,7 +39,8 @@ class Particles(Frozen):
     speed_mps: Floats  # (M,) drawn speed on that edge of that route
     seed: Offsets  # (N,) from which SUMO's seeds come; see `planner.futures.record`
     gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
-    driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
+    # "constant": the drawn speed and nothing else; "free": SUMO's driver, alone; or among others
+    driving: Driving
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     # (N,) second on SUMO's clock, which its signals follow, at the target's time 0; left out: 0

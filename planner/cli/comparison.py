@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from planner.cli.arguments import permit_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import (
@@ -118,7 +119,7 @@ def _stored(
     folder = Path(arguments.scenario).parent
     if Path(arguments.scenario).name != PROVENANCE or not (folder / PLAN).exists():
         return [], Bounds({})
-    of_run, stored = open_run(folder)
+    of_run, stored = open_run(folder, permit_of(arguments))
     same = of_run.scenario.as_dict() == opened.scenario.as_dict()
     if not same or not is_planned_on(folder, targets.planning):
         return [], Bounds({})

@@ -11,6 +11,7 @@ QUOTES_OF_POWERSHELL = "'\u2018\u2019\u201a\u201b"  # all of which end a text in
 # Between the times of the headline.
 STEPS_S = (60, 120, 300, 600, 900, 1200, 1800, 3600, 7200, 14400)
 MOST_ODDS = 5  # of a headline
+UNTITLED = "Search for a vehicle"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import pytest
 from planner.cli import now as command
 from planner.mission import now, now_events
 from planner.mission.now_events import Rung
-from planner.mission.run_folder import RUN
+from planner.mission.run_folder import PAGE, RUN
+from planner.page.document import AGAIN
 from planner.scenario.source import FILE
 from support.command_line import TOWN, Commands
 
@@ -67,7 +68,7 @@ def test_now_leaves_a_run_whose_scenario_gives_the_same_plan(run: Commands, tmp_
     folder = tmp_path / "run"
     said = run("now", *WORDS, "--until", "+9min", "-o", folder, "-j", "1")
     assert (said.code, said.err) == (0, "")
-    assert max(len(line) for line in said.out.splitlines() if "files: " not in line) <= 79
+    assert max(len(line) for line in said.out.splitlines() if str(folder) not in line) <= 79
     since = re.findall(r"^ *(\d+):(\d\d)  (\S+ \S+)", said.out, re.MULTILINE)
     begins = [words for _, _, words in since]
     assert begins[0] == "where it"
@@ -93,12 +94,19 @@ def test_a_key_ends_with_the_best_plan(
         yield lambda: True
 
     monkeypatch.setattr(command, "_key_pressed", pressed)
+    settle = command._settle
+    monkeypatch.setattr(command, "_settle", lambda _: None)
     monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(13, 400, 17)))
     said = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--json")
     assert said.json["stopped"]
     assert said.json["plans"] == 1
+    page = tmp_path / "run" / PAGE
+    assert AGAIN in page.read_text(encoding="utf-8")  # not settled yet
+    settle(tmp_path / "run")
+    assert AGAIN not in page.read_text(encoding="utf-8")
     told = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--events", "--force")
     events = [json.loads(line) for line in told.out.splitlines()]
+    assert AGAIN not in page.read_text(encoding="utf-8")  # programs are told
     assert events[0]["said"][0] == said.json["understood"][0]
     kinds = [event["event"] for event in events if event["event"] != "progress"]
     assert kinds == ["understood", "cloud", "plan", "done"]

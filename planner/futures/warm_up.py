@@ -1,0 +1,57 @@
+"""A session of traffic up to the target's time 0, and what the traffic is like then."""
+
+from typing import Any, NamedTuple
+
+from planner.futures.steering import Step
+
+HALTING_MPS = 0.1
+FLOWS = 0.5  # the share of vehicles that may halt
+# A backlog grows if so many more wait to enter the net than halfway, as a share of those in it.
+GROWS = 0.1
+
+
+class Warm(NamedTuple):
+    """What the traffic is like at the target's time 0."""
+
+    vehicles: int  # in the net
+    halting: int  # of these
+    waiting: int  # to enter the net
+    waited: int  # to enter it, when half of the warm-up was over
+
+    @property
+    def has_broken_down(self) -> bool:
+        """Whether more than half of the vehicles halt, or ever more wait to enter."""
+        halts = self.halting > FLOWS * self.vehicles
+        return halts or self.waiting - self.waited > GROWS * self.vehicles
+
+
+def warm_up(libsumo: Any, step: Step, at_s: float) -> Warm:
+    """Take a session of SUMO on to a time; return what the traffic is like then.
+
+    Parameters
+    ----------
+    step
+        As `planner.futures.steering.stepper` makes it.
+    """
+    now, pending = libsumo.simulation.getTime, libsumo.simulation.getPendingVehicles
+    halfway_s, waited = (now() + at_s) / 2, 0
+    while now() < at_s:
+        if now() <= halfway_s:
+            waited = len(pending())
+        step()
+    speeds = [libsumo.vehicle.getSpeed(name) for name in libsumo.vehicle.getIDList()]
+    halting = sum(speed < HALTING_MPS for speed in speeds)
+    return Warm(len(speeds), halting, len(pending()), waited)
+
+
+def breakdown(sessions: list[Warm], given_as: object) -> str | None:
+    """Return a line on traffic that does not flow in some of its runs; None where it flows."""
+    broken = [warm for warm in sessions if warm.has_broken_down]
+    if not broken:
+        return None
+    worst = max(broken, key=lambda warm: warm.halting + warm.waiting)
+    return (
+        f"{given_as}: traffic has broken down in {len(broken)} of {len(sessions)} runs (at the "
+        f"worst {worst.halting} of {worst.vehicles} vehicles halt and {worst.waiting} wait to "
+        "enter); fewer vehicles, or a time before that, are nearer to a town's"
+    )
