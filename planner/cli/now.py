@@ -214,6 +214,7 @@ class _Shown:
         self._out.print(text, soft_wrap=True)
 
     def __call__(self, event: "Event") -> None:
+        from planner.export.formats import names_in_run
         from planner.mission import now_events as now
         from planner.mission.run_folder import PAGE
         from planner.report import call_screen
@@ -224,6 +225,10 @@ class _Shown:
             self._say(f"        to look at, in a browser: {self._folder / PAGE}")
         if screen:
             self._screen(screen)
+        exported = (self._folder / name for name in names_in_run(self._folder))
+        if isinstance(event, now.BetterPlan) and any(file.exists() for file in exported):
+            self._say("        the flight that was exported is of an earlier plan; export again:")
+            self._say(f"        planner export {self._folder} --force")
 
     def _screen(self, lines: Iterable[str]) -> None:
         for line in lines:

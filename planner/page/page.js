@@ -26,7 +26,7 @@ function doing({ legs, waypoints }, u) {
   if (now < D.start_s) return [who + "on the ground", "takes off " + clock(D.start_s)];
   if (i < 0) return [who + (waypoints.length && now < waypoints.at(-1)[0] ? "flying" : "landed"), ""];
   const next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
-  return [who + (i + 1) + "  " + legs[i][0], next];
+  return [who + (i + 1) + " " + legs[i][0], next];
 }
 function tell() {
   const share = odds(found(D.curves[0] || [0], now)), did = D.uavs.map(doing);

@@ -136,6 +136,19 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
     assert browser.script("return document.getElementById('call').hidden")
 
 
+def test_it_tells_of_every_drone(browser: Browser, run: Shown, tmp_path: Path) -> None:
+    plan = replace(run.plan, tracks=2 * run.plan.tracks, legs=2 * run.plan.legs)
+    file = tmp_path / "two.html"
+    file.write_text(page(replace(run, plan=plan)), encoding="utf-8")
+    browser.look(file, wide=390, high=800)
+    browser.script("document.querySelectorAll('.legs')[1].rows[3].click()")
+    for number, line in enumerate(browser.text("#doing").split("drone ")[1:], 1):
+        assert line.startswith(f"{number}: 3 {run.rows[0][2].name}")
+    assert f"drone 2: 3 {run.rows[0][2].name}" in browser.text("#state")
+    assert browser.complaints() == []
+    browser.picture(PICTURES / "two.png")
+
+
 def test_paper_has_the_grid(browser: Browser, file: Path) -> None:
     browser.look(file, wide=1280, high=800)
     browser.pdf(PICTURES / "paper.pdf")
