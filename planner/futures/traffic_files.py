@@ -20,8 +20,9 @@ DEEPEST = 100  # files that include each other
 # What routes and additional files may consist of, as a regular expression; not among them are
 # edgeData, laneData, timedEvent and vTypeProbe, which write and do nothing else.
 ELEMENTS = (
-    NET_ELEMENTS + "|routes|additional|include|vType|vTypeDistribution|route|routeDistribution|"
-    "vehicle|trip|flow|stop|person|personFlow|personTrip|walk|ride|tranship|transport|container|"
+    NET_ELEMENTS
+    + "|routes|route-alternatives|additional|tazs|include|vType|vTypeDistribution|route|"
+    "routeDistribution|vehicle|trip|flow|stop|person|personFlow|personTrip|walk|ride|tranship|transport|container|"
     "containerFlow|preference|busStop|trainStop|containerStop|chargingStation|parkingArea|space|"
     "access|e1Detector|inductionLoop|instantInductionLoop|e2Detector|laneAreaDetector|e3Detector|"
     "entryExitDetector|detEntry|detExit|rerouter|rerouterValue|interval|closingLaneReroute|"
