@@ -71,6 +71,7 @@ def stepper(libsumo: Any, control: str | None) -> Step:
 def _function(control: str) -> Callable[[Any], object]:
     control_file(control)
     module, _, name = control.partition(":")
+    sys.modules.pop(module, None)  # what it has kept is of another run of the traffic
     try:
         found = getattr(importlib.import_module(module), name, None)
     except Exception as error:
