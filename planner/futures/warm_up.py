@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from planner.futures.steering import Step
+from planner.futures.traffic import Traffic
 
 HALTING_MPS = 0.1
 FLOWS = 0.5  # the share of vehicles that may halt
@@ -45,15 +46,15 @@ def warm_up(libsumo: Any, step: Step, at_s: float) -> Warm:
     return Warm(len(speeds), halting, len(pending()), waited)
 
 
-def breakdown(sessions: Sequence[Warm], vehicles_per_hour: float) -> str | None:
-    """Return a line on traffic at a stated rate that does not flow in its runs; None if it does."""
+def breakdown(sessions: Sequence[Warm], traffic: Traffic) -> str | None:
+    """Return a line on traffic at a stated rate that does not flow; None on what a user gives."""
     broken = [warm for warm in sessions if warm.has_broken_down]
-    if not broken:
+    if traffic.demand is None or not broken:
         return None
     worst = max(broken, key=lambda warm: warm.halting + warm.waiting)
     return (
-        f"traffic.vehicles_per_hour: {vehicles_per_hour:g} is more than the net bears: in "
-        f"{len(broken)} of {len(sessions)} runs it has broken down when the search begins (at the "
-        f"worst {worst.halting} of {worst.vehicles} vehicles halt, and {worst.waiting} wait to "
-        "enter); give fewer"
+        f"traffic.vehicles_per_hour: {traffic.demand.vehicles_per_hour:g} is more than the net "
+        f"bears: when the search begins, traffic has broken down in {len(broken)} of "
+        f"{len(sessions)} runs (at the worst {worst.halting} of {worst.vehicles} vehicles halt, "
+        f"and {worst.waiting} wait to enter); give fewer"
     )
