@@ -12,6 +12,7 @@ from planner.scenario.sections import (
     NetworkSection,
     Scenario,
     SearchSection,
+    SensorSection,
     TargetSection,
 )
 from planner.scenario.uav import UavSection
@@ -122,6 +123,18 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
             f"{as_written(uav.max_flight_time_s)} s leaves no time to search: climb, descent and "
             f"reserve take {as_written(round(uav.spent_s, 1))} s; give a longer one",
         )
+
+
+def sensor_faults(sensor: SensorSection) -> Iterator[Fault]:
+    """Yield what is wrong with how surely a sensor sees."""
+    width_m = sensor.sweep_width_m
+    if width_m is None:
+        return
+    if sensor.detects is not None:
+        yield Fault("sensor.sweep_width_m", "says what sensor.detects says; give one of them")
+    if width_m > 2.0 * sensor.radius_m:
+        text = f"is wider than the sensor sees, {as_written(2.0 * sensor.radius_m)} m"
+        yield Fault("sensor.sweep_width_m", f"{text}; write less, or a greater radius_m")
 
 
 def horizon_faults(

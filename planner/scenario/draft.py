@@ -197,6 +197,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return list(target_faults(key, section, folder))
     if isinstance(section, UavSection):
         return list(checks.uav_faults(section)) if sound else []  # a faulty key is not missing
+    if isinstance(section, SensorSection):
+        return list(checks.sensor_faults(section)) if sound else []
     return []
 
 
