@@ -7,7 +7,6 @@ import numpy as np
 
 from planner import compass
 from planner.arrays import Flags, Floats, Ints
-from planner.detection.evaluation import Evaluation
 from planner.futures.futures import Futures
 from planner.mission.now_events import Condition, FirstPlan, Unknown
 
@@ -117,13 +116,7 @@ def _answers(made: FirstPlan, names: Sequence[str], group: Ints) -> tuple[Condit
         share = float(weight[those].sum() / weight.sum())
         if those.sum() < FEWEST or share <= 0.0:
             continue
-        part = Evaluation(
-            evaluated.seen_at[those],
-            evaluated.weight[those] / share,
-            evaluated.end_s[those],
-            evaluated.objective,
-        )
-        found.append(Condition(name, part, share))
+        found.append(Condition(name, evaluated.of_those(those, 1.0 / share), share))
     return tuple(found)
 
 
