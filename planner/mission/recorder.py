@@ -264,7 +264,7 @@ def make_plan(
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _within_airspace(_planner(method, opened, recorder))
     if sum(one.uav.sorties for one in problems) > 1:
-        return fleet(problems, planner, budget=budget, rng=rng)
+        return fleet(problems, planner, budget=budget, rng=rng, together=method.teams)
     return planner(problems[0], budget=budget, rng=rng)
 
 

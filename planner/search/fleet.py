@@ -7,7 +7,7 @@ flight alone makes them better. Which plan is best, other particles say that had
 any.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -61,7 +61,12 @@ Flights = tuple[Flight, ...]  # by take-off
 
 
 def fleet(
-    problems: Sequence[Problem], planner: Planner, *, budget: Budget, rng: np.random.Generator
+    problems: Sequence[Problem],
+    planner: Planner,
+    *,
+    budget: Budget,
+    rng: np.random.Generator,
+    together: bool,
 ) -> SearchResult:
     """Return the best plan of a fleet that is found: one flight after the other, or all at once.
 
@@ -70,13 +75,15 @@ def fleet(
     problems
         One for each UAV, as if it were alone; all on the same network, particles and objective.
     planner
-        Plans each flight. Where it chooses between plans, so does the fleet.
+        Plans each flight.
+    together
+        Whether flights are also planned at once, and again beside each other; else only one after
+        the other.
     """
     search = _Search(problems, planner, budget, rng)
-    for flights in search.candidates():
-        search.choose(flights)
-        if search.log.stop():
-            break
+    search.allocate()
+    if together and not search.log.stop():
+        search.improve()
     return search.result()
 
 
@@ -94,18 +101,21 @@ class _Search:
         self._budget, self.log = budget, SearchLog(problems[0], budget)
         self._done, self._best, self._value = 0, Flights(), -np.inf
 
-    def candidates(self) -> Iterator[Flights]:
-        """Yield plans of the fleet, each made better flight by flight."""
-        allocated = self._allocated()
-        self.choose(allocated)
-        yield self._improved(allocated)
-        if self._can_fly_together():
-            for beam in JOINT:
-                together = self._together(beam, self._best)
-                self.choose(together)
-                yield self._improved(together)
+    def allocate(self) -> None:
+        """Plan one flight after the other."""
+        self._choose(self._allocated())
 
-    def choose(self, flights: Flights) -> None:
+    def improve(self) -> None:
+        """Plan all flights at once, and in each of the plans every flight again."""
+        self._choose(self._improved(self._best))
+        for beam in JOINT if self._can_fly_together() else ():
+            if self.log.stop():
+                break
+            flights = self._together(beam, self._best)
+            self._choose(flights)
+            self._choose(self._improved(flights))
+
+    def _choose(self, flights: Flights) -> None:
         """Keep a plan if it is the best so far on the particles that plans are chosen on."""
         value = self._value_of(flights)
         if value > self._value:
