@@ -146,6 +146,24 @@ def add_targets(parser: argparse.ArgumentParser, *, default: int | None = None) 
     )
 
 
+def add_methods(parser: argparse.ArgumentParser, *, what: str) -> None:
+    """Add methods beside those that a command has anyway.
+
+    Parameters
+    ----------
+    what
+        Is done with them.
+    """
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help=f"{what} with this method, such as a planner of your own, path.py:function; "
+        "repeatable",
+    )
+
+
 def add_origin(parser: argparse.ArgumentParser) -> None:
     """Add where on the Earth a net lies that does not say so."""
     parser.add_argument(

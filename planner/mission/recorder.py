@@ -187,33 +187,39 @@ class Recorder:
         return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 
-def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:
-    """Return the planning problem of a scenario on given futures.
+def problem_of(
+    opened: OpenScenario, futures: Futures, *, method: Method | None = None, number: int = 0
+) -> Problem:
+    """Return the planning problem of one of a scenario's UAVs on given futures.
 
     Parameters
     ----------
     method
         One that plans by simulation takes off later by the scenario's ``planning_time_s``.
+    number
+        Of the UAV, from 0.
     """
-    scenario = opened.scenario
+    scenario, section = opened.scenario, opened.scenario.uavs[number]
     charged_s = scenario.search.planning_time_s if method and method.simulates else 0.0
-    x_m, y_m = opened.uav_xy_m
+    x_m, y_m = opened.starts_m[number]
     uav = Uav(
         x_m=x_m,
         y_m=y_m,
-        take_off_s=scenario.take_off_s + charged_s,
-        speed_mps=scenario.uav.speed_mps,
-        altitude_m=scenario.uav.altitude_m,
-        max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
-        return_to_m=opened.return_to_m,
-        link_m=scenario.uav.link_m or np.inf,
-        aircraft=aircraft_of(scenario.uav),
+        take_off_s=scenario.target.last_seen_ago_s + section.take_off_s + charged_s,
+        speed_mps=section.speed_mps,
+        altitude_m=section.altitude_m,
+        max_flight_time_s=section.max_flight_time_s or np.inf,
+        return_to_m=opened.landings_m[number],
+        link_m=section.link_m or np.inf,
+        aircraft=aircraft_of(section),
     )
-    sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
+    radius_m = section.sensor_radius_m or scenario.sensor.radius_m
+    sensor = Sensor(radius_m, scenario.sensor.detects_in_transit)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
-    return Problem(opened.network, futures, uav, sensor, objective, airspace=opened.airspace)
+    airspace = opened.airspaces[number]
+    return Problem(opened.network, futures, uav, sensor, objective, airspace=airspace)
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:

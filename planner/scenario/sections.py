@@ -293,6 +293,12 @@ class Scenario:
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
+    others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
+
+    @property
+    def uavs(self) -> tuple[UavSection, ...]:
+        """All UAVs, the first one first."""
+        return (self.uav, *self.others)
 
     @property
     def name(self) -> str:
@@ -306,16 +312,18 @@ class Scenario:
 
     @property
     def take_off_s(self) -> float:
-        """When the UAV takes off, seconds on the target's clock."""
-        return self.target.last_seen_ago_s + self.uav.take_off_s
+        """When the first UAV takes off, seconds on the target's clock."""
+        return self.target.last_seen_ago_s + min(uav.take_off_s for uav in self.uavs)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the whole scenario as plain values that a scenario file may hold as well."""
         sections = {key: getattr(self, key) for key in SECTIONS}
-        plain = {
+        plain: dict[str, Any] = {
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
+        if self.others:
+            plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
         silent = [
             key
             for key in ("airspace", "traffic", "futures")
