@@ -4,17 +4,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from planner.belief.mixture import Belief
+from planner.belief.mixture import Belief, in_traffic
 from planner.belief.particles import Particles, Realisations
 from planner.belief.recipe import Drawn, OneTarget
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
+from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import How, Note
@@ -118,6 +119,26 @@ class Recorder:
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
         return self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed)
 
+    def validation(self, realisations: int, each: int) -> Recording:
+        """Return true targets in so many realisations of the traffic that no particle has seen.
+
+        They drive in it even if particles are believed not to.
+
+        Parameters
+        ----------
+        each
+            How many ride in each of them.
+        """
+        traffic = self.opened.traffic
+        if traffic is None:
+            raise InputError("traffic: nothing is said of any; give [traffic], or truths in files")
+        many = whole("realisations", realisations, least=2) * whole("each", each, least=1)
+        prior = in_traffic(self.opened.truth_prior)
+        search, name = self.opened.scenario.search, ("validation",)
+        there = Realisations(traffic.realisations, realisations)
+        recipe = Drawn(prior, many, search.horizon_s, search.seed, name, realisations=there)
+        return self._recorded(recipe, self._described("truth", recipe))
+
     def predefined(
         self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
     ) -> Recording:
@@ -146,16 +167,19 @@ class Recorder:
         note: Note | None = None,
     ) -> Recording:
         recipe = self._recipe(prior, n, name, sampling=sampling, seed=seed)
-        scenario = self.opened.scenario
-        belief = scenario.target if prior is self.opened.prior else scenario.truth
-        drawn_from = {
+        key: Literal["target", "truth"] = "target" if prior is self.opened.prior else "truth"
+        return self._recorded(recipe, self._described(key, recipe), note)
+
+    def _described(self, key: Literal["target", "truth"], recipe: Drawn) -> dict[str, Any]:
+        """Return what particles are drawn from, in the scenario's words."""
+        belief = getattr(self.opened.scenario, key)
+        return {
             "target": belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at"}),
             "horizon_s": recipe.horizon_s,
-            "sampling": sampling,
+            "sampling": recipe.sampling,
             "seed": recipe.seed,
-            "stream": list(name),
+            "stream": list(recipe.stream),
         }
-        return self._recorded(recipe, drawn_from, note)
 
     def _recipe(
         self,
