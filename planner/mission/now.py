@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planner.detection.evaluate import evaluate
-from planner.detection.evaluation import Evaluation
 from planner.detection.paired import ahead
 from planner.detection.prospects import prospects
 from planner.errors import NotApplicableError, ScenarioError
@@ -198,7 +197,7 @@ class _Planning:
             fresh=fresh,
             problem=problem,
             trial=trial,
-            prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
+            prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
             sites=tuple(zip(names, (one.evaluated for one in trials), strict=True)),
         )
 
@@ -323,11 +322,6 @@ def _by_heading(made: FirstPlan) -> Iterator[Condition]:
             scale = 1.0 / share
             yield Condition(
                 name,
-                Evaluation(
-                    evaluated.seen_at[went],
-                    evaluated.weight[went] * scale,
-                    evaluated.end_s[went],
-                    evaluated.objective,
-                ),
+                evaluated.of_those(went, scale),
                 share,
             )

@@ -14,7 +14,7 @@ from planner.belief.recipe import Drawn, OneTarget, Recipe
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
 from planner.detection.objective import Objective
-from planner.detection.sensor import Sensor
+from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import How, Note
@@ -25,6 +25,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.progress import Progress
+from planner.scenario.sections import SensorSection
 from planner.search.fleet import fleet
 from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method, Planner
@@ -207,7 +208,7 @@ def problems_of(
         )
         for section, (x_m, y_m), home_m in places
     ]
-    sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
+    sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
@@ -223,6 +224,16 @@ def problems_of(
         )
         for number, (uav, airspace) in enumerate(zip(uavs, opened.airspaces, strict=True))
     )
+
+
+def sensor_of(section: SensorSection, speed_mps: float) -> Sensor:
+    """Return the sensor that a scenario describes, of a UAV that flies at a speed."""
+    radius_m, width_m = section.radius_m, section.sweep_width_m
+    if width_m is None:
+        rate_per_s = rate_of(section.detects or 1.0, radius_m, speed_mps)
+    else:
+        rate_per_s = rate_of_sweep(width_m, radius_m, speed_mps)
+    return Sensor(radius_m, section.detects_in_transit, rate_per_s)
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:

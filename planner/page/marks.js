@@ -75,6 +75,11 @@ function drawFlight(uav, s) {
   pen.lineCap = "round";
   if (s > way[0][0]) drawWay([...way.slice(0, here[2] + 1).map(at), here], 3, 1, []);
   drawDrone(here, uav.sensor_on.some(([from, to]) => from <= s && s <= to));
+  if (uav.name) {
+    pen.fillStyle = colours.fg;
+    pen.font = 12 * ratio() + "px system-ui, sans-serif";
+    pen.fillText(uav.name.replace("drone ", ""), across(here[0]) + 9 * ratio(), down(here[1]) - 6 * ratio());
+  }
 }
 // The sensor's disc is dashed while it is off; the drone is hollow at the edge while it is beyond.
 function drawDrone(here, sees) {

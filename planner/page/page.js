@@ -16,21 +16,26 @@ tables.forEach((rows, u) => rows.forEach((row, i) => {
 }));
 const legAt = (legs) => legs.findIndex((leg) => now < leg[2]);
 
+const startOf = (uav) => (uav.waypoints.length ? uav.waypoints[0][0] : D.start_s);
+function doingAt(uav) {
+  const legs = uav.legs, i = legAt(legs), start = startOf(uav);
+  if (now < start) return ["on the ground", "takes off " + clock(start)];
+  if (i >= 0)
+    return [i + 1 + "  " + legs[i][0], now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg"];
+  return [uav.waypoints.length && now < uav.waypoints.slice(-1)[0][0] ? "flying" : "landed", ""];
+}
+
 function tell() {
-  const share = odds(found(D.curves[0], now)), legs = D.uavs.length ? D.uavs[0].legs : [], i = legAt(legs);
+  const share = odds(found(D.curves[0], now)), does = D.uavs.map(doingAt);
   $("clock").textContent = clock(now);
   $("since").textContent = D.clock ? span(now) + " after the sighting" : "after the sighting";
   $("found").textContent = share;
-  let doing = "landed", next = "";
-  if (now < D.start_s) [doing, next] = ["on the ground", "takes off " + clock(D.start_s)];
-  else if (i >= 0) {
-    doing = i + 1 + "  " + legs[i][0];
-    next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
-  } else if (D.uavs.length && D.uavs[0].waypoints.length && now < D.uavs[0].waypoints.slice(-1)[0][0]) doing = "flying";
+  let [doing, next] = does[0] || (now < D.start_s ? ["on the ground", ""] : ["landed", ""]);
+  if (does.length > 1) [doing, next] = [does.map(([what], u) => D.uavs[u].name + ": " + what).join("; "), ""];
   $("leg").textContent = doing;
   $("then").textContent = next;
   tables.forEach((rows, u) => {
-    const here = now < D.start_s ? -1 : legAt(D.uavs[u].legs);
+    const here = now < startOf(D.uavs[u]) ? -1 : legAt(D.uavs[u].legs);
     rows.forEach((row, k) => {
       row.className = k === here ? "here" : D.uavs[u].legs[k][2] <= now ? "over" : "";
       if (k === here) row.setAttribute("aria-current", "step");

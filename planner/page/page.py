@@ -52,16 +52,18 @@ def page(run: Shown) -> str:
 
 def _about(run: Shown) -> str:
     """Return one line on who searches, from when on."""
-    uav = run.problem.uav
+    uavs = run.problem.uavs
+    speeds = sorted({uav.speed_mps for uav in uavs})
     said = [
-        f"{counted(len(run.plan.tracks), 'drone')}, {uav.speed_mps:g} m/s",
+        f"{counted(len(uavs), 'drone')}, {' and '.join(f'{mps:g}' for mps in speeds)} m/s",
         f"sees {length(run.radius_m)}",
         f"takes off {run.clock.at(run.plan.take_off_s)}",
     ]
     if run.clock.sighted_at is not None:
         said.insert(0, f"last seen {run.clock.at(0.0)}")
-    if np.isfinite(uav.max_flight_time_s):
-        said.append(f"flies {uav.max_flight_time_s / 60:.3g} min at most")
+    longest_s = max(uav.max_flight_time_s for uav in uavs)
+    if np.isfinite(longest_s):
+        said.append(f"flies {longest_s / 60:.3g} min at most")
     return " · ".join(said)
 
 
@@ -109,8 +111,8 @@ def _methods(run: Shown) -> str:
 def _legs(run: Shown) -> str:
     """Return a table of legs for each UAV."""
     tables = []
-    for number, rows in enumerate(run.rows, 1):
-        name = "Flight" if len(run.rows) == 1 else f"Flight of drone {number}"
+    for called, rows in zip(run.plan.names, run.rows, strict=True):
+        name = "Flight" if len(run.rows) == 1 else called.replace("UAV", "Flight of drone", 1)
         head = "".join(f'<th scope="col">{cell}</th>' for cell in _head(run))
         body = "".join(_leg(run, order, row) for order, row in enumerate(rows, 1))
         tables.append(
@@ -162,7 +164,7 @@ def _notes(run: Shown) -> Iterator[str]:
         f"making the plan. Found by {until}: {odds(evaluated.detection_probability)} "
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
-    left = left_unseen(run.fresh, evaluated.seen_at, run.until_s)
+    left = left_unseen(run.fresh, evaluated, run.until_s)
     if left > 0.0:
         gone = gone_by(run.fresh, run.until_s)
         yield f"Off the map by {until}: {odds(gone)}, of which not seen before: {odds(left)}."

@@ -241,6 +241,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return list(checks.missing_areas(section, folder))
     if isinstance(section, TargetSection):
         return list(target_faults(key, section, folder))
+    if isinstance(section, SensorSection):
+        return list(checks.sensor_faults(section)) if sound else []
     return []
 
 
