@@ -153,7 +153,7 @@ def record_into(
             how.progress(kept.count - len(kept.missing), kept.count, said)
     futures = _weighted(kept, particles, kept.count)
     if how.traffic is not None:
-        _tell_fates(futures, breakdown(list(warm.values()), how.traffic.given_as))
+        _tell_fates(futures, breakdown(list(warm.values()), how.traffic))
     elif not way.together:
         drives = particles.stop_s > particles.depart_s + STANDS_S
         _tell_standing(futures.take(drives), network)

@@ -90,4 +90,4 @@ def _look_here_too() -> None:
 
 def _said(error: Exception) -> str:
     """Return an exception in one line."""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.')}"

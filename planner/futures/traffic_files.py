@@ -15,13 +15,15 @@ from planner.guard import holds, rewritten_xml
 from planner.network.sumo import NET_ELEMENTS
 
 NOWHERE = "NUL"  # SUMO's name, on every system, of a file that keeps nothing
+LONGEST = 100  # characters of a name
 DEEPEST = 100  # files that include each other
 
 # What routes and additional files may consist of, as a regular expression; not among them are
 # edgeData, laneData, timedEvent and vTypeProbe, which write and do nothing else.
 ELEMENTS = (
-    NET_ELEMENTS + "|routes|additional|include|vType|vTypeDistribution|route|routeDistribution|"
-    "vehicle|trip|flow|stop|person|personFlow|personTrip|walk|ride|tranship|transport|container|"
+    NET_ELEMENTS
+    + "|routes|route-alternatives|additional|tazs|include|vType|vTypeDistribution|route|"
+    "routeDistribution|vehicle|trip|flow|stop|person|personFlow|personTrip|walk|ride|tranship|transport|container|"
     "containerFlow|preference|busStop|trainStop|containerStop|chargingStation|parkingArea|space|"
     "access|e1Detector|inductionLoop|instantInductionLoop|e2Detector|laneAreaDetector|e3Detector|"
     "entryExitDetector|detEntry|detExit|rerouter|rerouterValue|interval|closingLaneReroute|"
@@ -82,7 +84,8 @@ class InputFiles:
             raise InputError(f"{named_in}: leads to {file} again; take that out")
         if place not in self._names:
             self.read.append(file)
-            name = f"{len(self.read)}{'.xml.gz' if place.suffix == '.gz' else '.xml'}"
+            # SUMO parts names at commas and puts variables of the environment into them.
+            name = f"{len(self.read)}-{re.sub(r'[^A-Za-z0-9._-]', '_', place.name[-LONGEST:])}"
             self._names[place] = (self._work or Path()) / name
             with self._looked_at(place):
                 self._give(file, self._names[place])
@@ -132,7 +135,6 @@ class _Rules:
         return None
 
     def _input(self, name: str) -> str:
-        # SUMO puts variables of the environment into names, and parts them at commas.
         return str(self._files.named(self._file.parent / name, self._file))
 
     def _nowhere(self, element: str, name: str) -> str:

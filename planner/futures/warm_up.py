@@ -1,8 +1,10 @@
 """A session of traffic up to the target's time 0, and what the traffic is like then."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from planner.futures.steering import Step
+from planner.futures.traffic import Traffic
 
 HALTING_MPS = 0.1
 FLOWS = 0.5  # the share of vehicles that may halt
@@ -44,14 +46,15 @@ def warm_up(libsumo: Any, step: Step, at_s: float) -> Warm:
     return Warm(len(speeds), halting, len(pending()), waited)
 
 
-def breakdown(sessions: list[Warm], given_as: object) -> str | None:
-    """Return a line on traffic that does not flow in some of its runs; None where it flows."""
+def breakdown(sessions: Sequence[Warm], traffic: Traffic) -> str | None:
+    """Return a line on traffic at a stated rate that does not flow; None on what a user gives."""
     broken = [warm for warm in sessions if warm.has_broken_down]
-    if not broken:
+    if traffic.demand is None or not broken:
         return None
     worst = max(broken, key=lambda warm: warm.halting + warm.waiting)
     return (
-        f"{given_as}: traffic has broken down in {len(broken)} of {len(sessions)} runs (at the "
-        f"worst {worst.halting} of {worst.vehicles} vehicles halt and {worst.waiting} wait to "
-        "enter); fewer vehicles, or a time before that, are nearer to a town's"
+        f"traffic.vehicles_per_hour: {traffic.demand.vehicles_per_hour:g} is more than the net "
+        f"bears: when the search begins, traffic has broken down in {len(broken)} of "
+        f"{len(sessions)} runs (at the worst {worst.halting} of {worst.vehicles} vehicles halt, "
+        f"and {worst.waiting} wait to enter); give fewer"
     )

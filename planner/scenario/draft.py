@@ -245,6 +245,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return list(traffic_faults(section, folder)) if sound else []
     if isinstance(section, TargetSection):
         return list(target_faults(key, section, folder))
+    if isinstance(section, SensorSection):
+        return list(checks.sensor_faults(section)) if sound else []
     return []
 
 
@@ -265,9 +267,8 @@ def _joint_faults(
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
         found += sampling_faults(target, search)
     traffic = sections["traffic"]
-    for key in ("target", "truth"):
-        if sections[key] and traffic and not _any_about(faults, "traffic", f"{key}.driving"):
-            found += driving_faults(sections[key].driving, key, traffic)
+    if target and truth and traffic and not _any_about(faults, "traffic", *checks.DRIVING_KEYS):
+        found += driving_faults(target.driving, truth.driving, traffic)
     greedy = sections["greedy"]
     if greedy and search and not _any_about(faults, "greedy.tick_s", "search.horizon_s"):
         found += checks.tick_faults(search, greedy)

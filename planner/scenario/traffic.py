@@ -77,8 +77,10 @@ def traffic_faults(section: TrafficSection, folder: Path) -> Iterator[Fault]:
             yield Fault(f"traffic.{key}", f"there is no file {folder / name}; correct the path")
 
 
-def driving_faults(driving: str, key: str, traffic: TrafficSection) -> Iterator[Fault]:
-    """Yield the fault of a target that drives in traffic of which nothing is said."""
-    if driving == "traffic" and not traffic.is_given:
-        text = '"traffic" needs to know which; give [traffic] sumocfg, routes or vehicles_per_hour'
-        yield Fault(f"{key}.driving", text)
+def driving_faults(believed: str, true: str, traffic: TrafficSection) -> Iterator[Fault]:
+    """Yield the fault of targets that drive in traffic of which nothing is said."""
+    keys = {"target": believed, "truth": true} if true != believed else {"target": believed}
+    for key, driving in keys.items():
+        if driving == "traffic" and not traffic.is_given:
+            text = '"traffic" needs to know which; give [traffic] sumocfg, routes or'
+            yield Fault(f"{key}.driving", f"{text} vehicles_per_hour")
