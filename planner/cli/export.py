@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path
+from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path, permit_of
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -138,7 +138,7 @@ def run(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output or arguments.directory / formats.FOLDER
     with ExitStack() as stack:
         folder = new_files(stack, output, formats.names_in(output), force=arguments.force)
-        opened, stored = open_run(arguments.directory)
+        opened, stored = open_run(arguments.directory, permit_of(arguments))
         flights = [_flight(arguments, opened, one) for one in stored.each]
         limit = None if arguments.split else most
         said = [[*checks.faults(flight, most_waypoints=limit)] for flight in flights]

@@ -103,6 +103,8 @@ class _Found(_Planned):
             seed=self.opened.scenario.search.seed,
             sighted_at=self.opened.scenario.target.sighted_at,
         )
+        if self.trial.own is not None:
+            content["planner"] = self.trial.own.as_dict()
         if self.timing:
             content["evaluated"]["timing"] = timing_content(self.timing)
         return content

@@ -13,10 +13,12 @@ from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
 from planner.flight.ways import Point
+from planner.futures.traffic import NO_PERMIT, Permit, Traffic
 from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
+from planner.mission.traffic import traffic_of
 from planner.mission.uav_places import (
     far_faults,
     landing_faults,
@@ -49,6 +51,7 @@ class OpenScenario:
     prior: Belief  # what the planners know
     truth_prior: Belief  # what the true targets are drawn from
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
+    traffic: Traffic | None = None  # in which targets may drive; None: nothing is said of any
     notes: tuple[str, ...] = ()  # what of the target's files counts otherwise than it may seem
     other_airspaces: tuple[Airspace | None, ...] = ()  # of the UAVs beside the first
 
@@ -79,7 +82,11 @@ class OpenScenario:
 
 
 def open_scenario(
-    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+    place: str | Path,
+    *,
+    preset: str | None = None,
+    overrides: Sequence[str] = (),
+    permit: Permit = NO_PERMIT,
 ) -> OpenScenario:
     """Return a scenario with its network and priors.
 
@@ -87,6 +94,8 @@ def open_scenario(
     ----------
     place, preset, overrides
         As `planner.scenario.draft.read_draft` takes them.
+    permit
+        What the traffic's files and its control may be.
 
     Raises
     ------
@@ -111,6 +120,7 @@ def open_scenario(
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
         airspaces = _airspaces(draft, network, faults)
+        traffic = _traffic(draft, network, faults, permit)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -121,6 +131,7 @@ def open_scenario(
         prior=_belief("target", scenario.target, network, known),
         truth_prior=_belief("truth", scenario.truth, network, known),
         airspace=airspaces[0],
+        traffic=traffic,
         notes=tuple(dict.fromkeys(notes)),
         other_airspaces=airspaces[1:],
     )
@@ -168,6 +179,19 @@ def _airspace(
         start, home = start_xy(uav.start, network), return_xy(uav, network)
         faults += place_faults(airspace, network, start, home)
     return airspace, faults
+
+
+def _traffic(
+    draft: Draft, network: RoadNetwork, faults: list[Fault], permit: Permit
+) -> Traffic | None:
+    """Return the traffic; adds what is wrong with its files."""
+    if any(fault.is_about("traffic") for fault in faults):
+        return None
+    try:
+        return traffic_of(draft, network, permit)
+    except InputError as error:
+        faults.append(Fault("traffic", str(error)))
+        return None
 
 
 def _known(

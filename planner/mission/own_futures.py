@@ -33,6 +33,9 @@ class Split:
 def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     """Return a user's futures in two parts: the same ones for the same scenario seed.
 
+    What rode in traffic is parted by its realisations: vehicles of one queue behind each other, and
+    a plan that knows some of them knows where the others are.
+
     Raises
     ------
     InputError
@@ -42,12 +45,16 @@ def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     recording = read_recording(
         own.path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s
     )
+    fates = recording.futures.fates
     many = len(recording.futures)
-    if many < ENOUGH:
+    group = np.arange(many) if fates is None else fates.realisation
+    groups = np.unique(group)
+    if many < ENOUGH or len(groups) < 2:
         return Split(recording, None)
-    order = stream(search.seed, "kept out").permutation(many)
-    spared = round(KEPT_OUT * many)
-    return Split(*(_part(recording, np.sort(p)) for p in (order[spared:], order[:spared])))
+    order = stream(search.seed, "kept out").permutation(len(groups))
+    spared = groups[order[: max(1, round(KEPT_OUT * len(groups)))]]
+    out = np.isin(group, spared)
+    return Split(*(_part(recording, np.flatnonzero(some)) for some in (~out, out)))
 
 
 def _part(recording: Recording, particles: Offsets) -> Recording:

@@ -4,17 +4,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from planner.belief.mixture import Belief
-from planner.belief.particles import Particles
-from planner.belief.recipe import Drawn, OneTarget, Recipe
+from planner.belief.mixture import Belief, in_traffic
+from planner.belief.particles import Particles, Realisations
+from planner.belief.recipe import Drawn, OneTarget
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
+from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.record import How, Note
@@ -34,12 +35,16 @@ from planner.search.result import SearchResult
 from planner.search.searched import named_as_before, searched_problem
 from planner.streams import stream
 
+UNSEEN = ("evaluation", "truth")  # streams of targets that no planner may know
+
 
 @dataclass(frozen=True)
 class Recorder:
     """Records targets of a scenario; each use has its own random stream.
 
-    Planners see ``planning`` only: no planner can reach the streams of the others.
+    Planners see ``planning`` only: no planner can reach the streams of the others. In traffic what
+    plans are made and chosen on rides in its first realisations. Fresh targets and truths ride in
+    as many others, which no planner has seen.
     """
 
     opened: OpenScenario
@@ -114,6 +119,26 @@ class Recorder:
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
         return self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed)
 
+    def validation(self, realisations: int, each: int) -> Recording:
+        """Return true targets in so many realisations of the traffic that no particle has seen.
+
+        They drive in it even if particles are believed not to.
+
+        Parameters
+        ----------
+        each
+            How many ride in each of them.
+        """
+        traffic = self.opened.traffic
+        if traffic is None:
+            raise InputError("traffic: nothing is said of any; give [traffic], or truths in files")
+        many = whole("realisations", realisations, least=2) * whole("each", each, least=1)
+        prior = in_traffic(self.opened.truth_prior)
+        search, name = self.opened.scenario.search, ("validation",)
+        there = Realisations(traffic.realisations, realisations)
+        recipe = Drawn(prior, many, search.horizon_s, search.seed, name, realisations=there)
+        return self._recorded(recipe, self._described("truth", recipe))
+
     def predefined(
         self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
     ) -> Recording:
@@ -127,7 +152,8 @@ class Recorder:
         instance("speed_mps", speed_mps, Real)
         instance("offset_m", offset_m, Real)
         speed_mps, offset_m = float(speed_mps), float(offset_m)
-        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, ("truth",))
+        name, there = ("truth",), self._realisations(prior, unseen=True)
+        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, name, there)
         return self._recorded(target, {"route": list(route)})
 
     def _drawn(
@@ -141,16 +167,19 @@ class Recorder:
         note: Note | None = None,
     ) -> Recording:
         recipe = self._recipe(prior, n, name, sampling=sampling, seed=seed)
-        scenario = self.opened.scenario
-        belief = scenario.target if prior is self.opened.prior else scenario.truth
-        drawn_from = {
+        key: Literal["target", "truth"] = "target" if prior is self.opened.prior else "truth"
+        return self._recorded(recipe, self._described(key, recipe), note)
+
+    def _described(self, key: Literal["target", "truth"], recipe: Drawn) -> dict[str, Any]:
+        """Return what particles are drawn from, in the scenario's words."""
+        belief = getattr(self.opened.scenario, key)
+        return {
             "target": belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at"}),
             "horizon_s": recipe.horizon_s,
-            "sampling": sampling,
+            "sampling": recipe.sampling,
             "seed": recipe.seed,
-            "stream": list(name),
+            "stream": list(recipe.stream),
         }
-        return self._recorded(recipe, drawn_from, note)
 
     def _recipe(
         self,
@@ -163,13 +192,24 @@ class Recorder:
     ) -> Drawn:
         search = self.opened.scenario.search
         seed = search.seed if seed is None else seed
-        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling)
+        there = self._realisations(prior, unseen=name[0] in UNSEEN)
+        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling, there)
+
+    def _realisations(self, prior: Belief, *, unseen: bool) -> Realisations | None:
+        """Return in which realisations of the traffic particles ride; None if they ride in none."""
+        traffic = self.opened.traffic
+        if traffic is None or prior.driving != "traffic":
+            return None
+        return Realisations(traffic.realisations if unseen else 0, traffic.realisations)
 
     def _recorded(
-        self, recipe: Recipe, described: Mapping[str, Any], note: Note | None = None
+        self, recipe: Drawn | OneTarget, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
         tolerance_m = self.opened.scenario.futures.tolerance_m
         how = How(tolerance_m, self.workers, self.progress, note, self.backend)
+        if recipe.realisations is not None and (traffic := self.opened.traffic) is not None:
+            how = how._replace(traffic=traffic)
+            described = {**described, "traffic": traffic.digest}
         return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 
@@ -208,14 +248,15 @@ def problems_of(
         )
         for section, (x_m, y_m), home_m in places
     ]
+    # All carry the same sensor: its rate is what makes a pass of the first one detect as said.
     sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
-    shared = (opened.network, futures)
     return tuple(
         Problem(
-            *shared,
+            opened.network,
+            futures,
             uav,
             sensor,
             objective,

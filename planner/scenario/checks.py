@@ -34,6 +34,7 @@ SAMPLING_KEYS = (
     "target.speed",
     "search.sampling",
 )
+DRIVING_KEYS = ("target.driving", "truth.driving")
 MOST_TICKS = 10_000_000  # to the horizon
 LONGEST_TITLE = 500  # characters
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt

@@ -30,6 +30,7 @@ from planner.scenario.sections import (
 )
 from planner.scenario.source import Source, read_source
 from planner.scenario.target_checks import sampling_faults, target_faults
+from planner.scenario.traffic import TrafficSection, driving_faults, traffic_faults
 from planner.scenario.uav import UavSection
 from planner.scenario.values import Section
 
@@ -54,6 +55,7 @@ class Draft:
     uav: UavSection | None
     sensor: SensorSection | None
     airspace: AirspaceSection | None
+    traffic: TrafficSection | None
     futures: FuturesSection | None
     search: SearchSection | None
     greedy: GreedySection | None
@@ -239,6 +241,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return [*choice, *checks.missing_files(section, folder)]
     if isinstance(section, AirspaceSection):
         return list(checks.missing_areas(section, folder))
+    if isinstance(section, TrafficSection):
+        return list(traffic_faults(section, folder)) if sound else []
     if isinstance(section, TargetSection):
         return list(target_faults(key, section, folder))
     if isinstance(section, SensorSection):
@@ -262,6 +266,9 @@ def _joint_faults(
         found = list(dict.fromkeys(found))  # what is wrong for several is told once
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
         found += sampling_faults(target, search)
+    traffic = sections["traffic"]
+    if target and truth and traffic and not _any_about(faults, "traffic", *checks.DRIVING_KEYS):
+        found += driving_faults(target.driving, truth.driving, traffic)
     greedy = sections["greedy"]
     if greedy and search and not _any_about(faults, "greedy.tick_s", "search.horizon_s"):
         found += checks.tick_faults(search, greedy)

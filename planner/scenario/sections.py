@@ -13,6 +13,7 @@ from pydantic import Field
 from planner.scenario.areas import Area
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
+from planner.scenario.traffic import TrafficSection
 from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
@@ -111,7 +112,7 @@ class TargetSection(Section):
         default="equal",
         description='"equal", { AB = { BC = 0.5, BD = 0.5 } } or { file = "turns.xml" }',
     )
-    driving: Literal["constant", "free"] = "constant"
+    driving: Literal["constant", "free", "traffic"] = "constant"
     signals: Literal["unknown", "known"] | None = Field(
         default=None,
         description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
@@ -286,6 +287,7 @@ SECTIONS: dict[str, type[Section]] = {
     "uav": UavSection,
     "sensor": SensorSection,
     "airspace": AirspaceSection,
+    "traffic": TrafficSection,
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
@@ -304,6 +306,7 @@ class Scenario:
     uav: UavSection
     sensor: SensorSection
     airspace: AirspaceSection
+    traffic: TrafficSection
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
@@ -338,5 +341,9 @@ class Scenario:
         }
         if self.others:
             plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
-        silent = [key for key in ("airspace", "futures") if not plain[key]]
+        silent = [
+            key
+            for key in ("airspace", "traffic", "futures")
+            if getattr(self, key) == SECTIONS[key]()
+        ]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}
