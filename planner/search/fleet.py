@@ -17,7 +17,7 @@ from planner.detection.evaluate import evaluate_all
 from planner.detection.mistimed import Timing
 from planner.detection.survival import Searched
 from planner.flight.plan import FlownLeg, Plan, Sortie
-from planner.flight.separation import Course, delay_s
+from planner.flight.separation import Course, course_of, delay_s
 from planner.flight.track import Track
 from planner.search.beam import RewardToGo, is_small
 from planner.search.joint_beam import JointBeam, joint_orders
@@ -51,7 +51,7 @@ class Flight:
     @cached_property
     def course(self) -> Course:
         """Where it may be when, for others to keep apart from."""
-        return Course.of(self.track, self.problem.uav)
+        return course_of(self.track, self.problem.uav)
 
     def later(self, by_s: float) -> "Flight":
         """Return the same flight begun later."""
