@@ -34,8 +34,8 @@ def _few(opened: OpenScenario) -> Iterator[str]:
     is_sample = search.sampling != "all" and opened.network.is_abstract
     if is_sample and search.particles < FOR_A_ROAD * roads:
         yield (
-            f"search.particles: {search.particles:,} are few for {roads:,} roads, on which plans may "
-            f"do much worse than their own figure; {FOR_A_ROAD * roads:,} or more are enough"
+            f"search.particles: {search.particles:,} are few for {roads:,} roads, on which plans "
+            f"may do much worse than their own figure; {FOR_A_ROAD * roads:,} or more are enough"
         )
 
 
