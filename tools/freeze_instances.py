@@ -24,8 +24,8 @@ from planner.files import written_whole
 from planner.flight.legs import leg_names, legs_named
 from planner.mission.recorder import budget_of, problem_of
 from planner.scenario.toml_text import toml_text
-from planner.search.beam import holdout_value
 from planner.search.plan import plan_of_legs
+from planner.search.sightings import holdout_value
 
 HEADER = """\
 # Search problems to compare methods on: `planner compare --instances` plans for each of them with

@@ -231,7 +231,8 @@ def _worth(
 
     written, line = flown((flight.track,)), line_alone(flight)
     on_s = flight.track.sensor_on.ravel().tolist()
-    odds = Odds(truth, written.evaluation.seen_at, flight.network, on_s[0], on_s[-1])
+    made = written.evaluation
+    odds = Odds(truth, made.seen_at, flight.network, on_s[0], on_s[-1], made.survival)
     alone = None if line is None else flown((line,))
     return _Worth(Worth(flown(stored.plan.tracks), written, alone), odds)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Offsets, first_rows, freeze, rows_taken
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, freeze, rows_taken
 from planner.checked import number
 from planner.detection.first_detection import columns
 from planner.detection.kernels.closest_approach import PathColumns
@@ -56,9 +56,14 @@ class Survival(Frozen):
         moments: Floats = np.array(np.broadcast_to(time_s, len(self)), dtype=np.float64)
         return np.asarray(each_unseen_at(self.columns, moments))
 
-    def lasts_s(self, until_s: float) -> Floats:
-        """Return E[min(time seen, until)] of each, (N,) seconds."""
-        return np.asarray(each_lasts(self.columns, float(until_s)))
+    def lasts_s(self, until_s: Floats | float, particle: Ints | None = None) -> Floats:
+        """Return E[min(time seen, until)] of each, or of some in any order, (N,) or (m,) seconds.
+
+        The time is each one's own, or one for all.
+        """
+        some = np.arange(len(self)) if particle is None else particle
+        moments: Floats = np.array(np.broadcast_to(until_s, len(some)), dtype=np.float64)
+        return np.asarray(each_lasts(self.columns, some.astype(np.int64), moments))
 
     def falls_to(self, share: float) -> Floats:
         """Return when each is unseen with no more than a probability, (N,) seconds, inf: never."""

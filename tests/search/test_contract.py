@@ -17,9 +17,9 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
-from planner.search.beam import holdout_value
 from planner.search.methods import METHODS, Method, method_named
 from planner.search.problem import Budget, Problem
+from planner.search.sightings import holdout_value
 from planner.search.stepwise import MOST_FLIGHTS
 from support.cases import some_in_the_gate
 from support.grid_instance import grid_futures
