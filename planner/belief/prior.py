@@ -88,7 +88,7 @@ def in_town(prior: Drives, network: RoadNetwork) -> bool:
     Particles drawn there, and their motion, do not depend on how many there are, nor on the
     horizon but for their end.
     """
-    return prior.driving == "free" and not network.is_abstract
+    return prior.driving != "constant" and not network.is_abstract
 
 
 class Known(NamedTuple):

@@ -51,6 +51,7 @@ COMMANDS = (
     ("new", "write a call in words as a scenario file, and plan nothing"),
     ("now", "plan a call in words while the clock runs"),
     ("where", "show where the target may be at a given time"),
+    ("validate", "check the belief against true vehicles of runs that no particle has seen"),
     ("plan", "plan a search and evaluate it on fresh targets"),
     ("fly", "fly a plan against true targets"),
     ("export", "write a plan as files that pilots and autopilots fly"),
@@ -59,6 +60,8 @@ COMMANDS = (
     ("view", "show a plan as it is flown, in a window of sumo-gui"),
     ("certify", "bound the gap between a run's plan and the best possible plan"),
     ("compare", "compare all methods on the same futures and fresh targets"),
+    ("instances", "export the frozen instances as plain files, or score submitted plans"),
+    ("check-planner", "hold a planner of your own against what every planner owes"),
     ("experiment", "run all combinations of factors, methods and seeds"),
     ("doctor", "check this installation and suggest a remedy for each fault"),
 )
@@ -156,7 +159,7 @@ def command_named(name: str) -> Command:
     """Return the command of that name; its file is loaded only now, which keeps --help quick."""
     if name not in dict(COMMANDS):
         raise ValueError(name)
-    command: Command = import_module(f"planner.cli.{name}")
+    command: Command = import_module(f"planner.cli.{name.replace('-', '_')}")
     return command
 
 

@@ -8,7 +8,7 @@ from itertools import count as counted
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, path, share, span
+from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, share, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.interrupts import first_interrupt_asks
@@ -59,6 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
+        nargs="+",
         metavar="FILE",
         help="where the file given to `plan --futures` is now (default: where it was)",
     )
@@ -79,7 +80,8 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_no_run(run_folder)
     with ExitStack() as stack:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
-        opened, stored = open_run(run_folder)  # which no other command replaces now
+        # No other command replaces it now.
+        opened, stored = open_run(run_folder, permit_of(arguments))
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)
@@ -111,13 +113,14 @@ def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recor
             "--sets: draws from the scenario's belief, but the plan was made on --futures; "
             "leave it out"
         )
-    own = planned_on or OwnFutures(arguments.futures)
+    own = planned_on or OwnFutures(arguments.futures[0])
     if arguments.futures is not None:
-        own = replace(own, path=arguments.futures)
-    if not own.path.is_file():
-        raise InputError(
-            f"{own.path}: the plan was made on this file, which is gone; --futures FILE"
-        )
+        own = replace(own, path=arguments.futures[0], others=tuple(arguments.futures[1:]))
+    for file in own.paths:
+        if not file.is_file():
+            raise InputError(
+                f"{file}: the plan was made on this file, which is gone; --futures FILE"
+            )
     return read_split(own, opened).planning
 
 
@@ -130,7 +133,7 @@ def _certificate(
     arguments: argparse.Namespace, opened: "OpenScenario", plan: "Plan", problem: "Problem"
 ) -> "tuple[Certificate, float | None]":
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
-    from planner.bounds.certificate import Effort, certified
+    from planner.bounds.certificate import certified
     from planner.cli.progress import progress_bar
     from planner.cli.session import Drive, announcing
     from planner.cli.trials import Bounding, certificate_of
@@ -139,7 +142,7 @@ def _certificate(
     seconds, sets = arguments.time_limit, arguments.sets
     limit_s = math.inf if seconds is None else seconds
     with first_interrupt_asks() as asked:
-        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work)
+        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work, arguments.jobs)
         certificate = certificate_of(problem, plan, bounding)
         if sets is None:
             return certificate, None
@@ -151,7 +154,7 @@ def _certificate(
             def bound(other: "Problem") -> float | None:
                 if asked():
                     return None
-                found = certified(other, plan, Effort(bounding.gap, bounding.stop())).bound
+                found = certified(other, plan, bounding.effort()).bound
                 progress(next(done), sets)
                 return found
 

@@ -1,8 +1,9 @@
-"""`planner compare`: its options; `comparison` and `instances` do the work."""
+"""`planner compare`: its options; `comparison` and `on_instances` do the work."""
 
 import argparse
 
 from planner.cli.arguments import (
+    add_methods,
     add_objective,
     add_scenario,
     add_targets,
@@ -17,7 +18,8 @@ DETAILS = ""
 EXAMPLES = (
     ("compare grid5x5 -o methods.csv", "all methods, also as CSV"),
     ("compare grid5x5 --bound", "how far from the best plan?"),
-    ("compare --instances -o runs/instances", "24 frozen problems"),
+    ("compare grid5x5 --method mine.py:mine", "a planner of your own as well"),
+    ("compare --instances -o runs/instances", "27 frozen problems"),
 )
 
 
@@ -40,6 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", type=path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    add_methods(parser, what="also compare")
     add_objective(parser)
     add_targets(parser)
 
@@ -49,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.instances:
         if arguments.bound:
             raise InputError("--bound: goes with one scenario, not with --instances")
-        from planner.cli.instances import compare_on_instances
+        from planner.cli.on_instances import compare_on_instances
 
         return compare_on_instances(arguments)
     if arguments.scenario is None:

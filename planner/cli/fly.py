@@ -13,6 +13,7 @@ from planner.cli.arguments import (
     metres,
     moment,
     path,
+    permit_of,
     seed,
     span,
 )
@@ -146,7 +147,8 @@ def run(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         names = (FLIGHTS,)
         folder = new_files(stack, arguments.directory, names, force=arguments.force)
-        opened, stored = open_run(arguments.directory)  # which no other command replaces now
+        # No other command replaces it now.
+        opened, stored = open_run(arguments.directory, permit_of(arguments))
         seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
         record = partial(_true_targets, arguments=arguments, seed=seed)
         drive = Drive.of_truth("recording true targets", opened)

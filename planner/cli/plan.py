@@ -47,7 +47,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--method",
         default="best",
         metavar="NAME",
-        help="planning method, see below (default: %(default)s)",
+        help="planning method, see below, or a planner of your own as path.py:function "
+        "(default: %(default)s)",
     )
     parser.add_argument(
         "--free",
@@ -59,8 +60,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
+        nargs="+",
         metavar="FILE",
-        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML, CSV or Parquet)",
+        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML, CSV or "
+        "Parquet); several files are several days, each as likely as any other",
     )
     parser.add_argument(
         "--begin",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.belief.particles import Driving
-from planner.cli.arguments import scenario_overrides
+from planner.cli.arguments import permit_of, scenario_overrides
 from planner.cli.backends import backend_of, recorder_of
 from planner.cli.progress import progress_bar
 from planner.clock import rough
@@ -35,7 +35,12 @@ def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()
     """Return the scenario that was named, changed by its own options and by further overrides."""
     backend_of(arguments)  # at fault, it is said before a net is read
     overrides = [*scenario_overrides(arguments), *overrides]
-    return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
+    return open_scenario(
+        arguments.scenario,
+        preset=arguments.preset,
+        overrides=overrides,
+        permit=permit_of(arguments),
+    )
 
 
 def futures_of_run(arguments: argparse.Namespace) -> OwnFutures | None:
@@ -52,11 +57,12 @@ def futures_of_run(arguments: argparse.Namespace) -> OwnFutures | None:
     if record.name != PROVENANCE or not record.is_file():
         return None
     own = own_futures(record.parent)
-    if own is not None and not own.path.is_file():
-        raise InputError(
-            f"{record}: the run was planned on {own.path}, which is gone; put it back, or name "
-            "the scenario in place of the run"
-        )
+    for path in own.paths if own is not None else ():
+        if not path.is_file():
+            raise InputError(
+                f"{record}: the run was planned on {path}, which is gone; put it back, or name "
+                "the scenario in place of the run"
+            )
     return own
 
 
@@ -67,7 +73,7 @@ def tell_belief(arguments: argparse.Namespace) -> None:
         log.warning(
             "%s: the run was planned on %s; this command draws from its scenario's belief",
             arguments.scenario,
-            own.path,
+            ", ".join(map(str, own.paths)),
         )
 
 
@@ -77,7 +83,7 @@ def tell_own(arguments: argparse.Namespace, own: OwnFutures) -> None:
         "%s: takes the futures that the run was planned on, %s; name the scenario in place of "
         "the run to draw from its belief",
         arguments.scenario,
-        own.path,
+        ", ".join(map(str, own.paths)),
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import compass
 from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
@@ -44,7 +45,6 @@ from planner.search.problem import Problem
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 # How many moments are shown beside a plan, and how wide, inches.
 ON_GRID, IN_TOWN = (4, 1.375), (3, 1.86)
 MOST_PIECES = 300  # of a flight, that a map shows
@@ -256,7 +256,7 @@ def _flight_note(problem: Problem, view: View) -> str:
     where = "from the triangle"
     if not view.contains(start):
         offset = start - roads[np.argmin(np.linalg.norm(roads - start, axis=1))]
-        side = COMPASS[round(np.degrees(np.arctan2(offset[0], offset[1])) / 45) % 8]
+        side = compass.words(float(np.degrees(np.arctan2(offset[0], offset[1]))))
         where = f"{length(float(np.hypot(*offset)))} {side} of the net"
     return f"UAV takes off at {clock(uav.take_off_s)}, {where};"
 

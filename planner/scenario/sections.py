@@ -13,6 +13,7 @@ from pydantic import Field
 from planner.scenario.areas import Area
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
+from planner.scenario.traffic import TrafficSection
 from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
@@ -111,7 +112,7 @@ class TargetSection(Section):
         default="equal",
         description='"equal", { AB = { BC = 0.5, BD = 0.5 } } or { file = "turns.xml" }',
     )
-    driving: Literal["constant", "free"] = "constant"
+    driving: Literal["constant", "free", "traffic"] = "constant"
     signals: Literal["unknown", "known"] | None = Field(
         default=None,
         description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
@@ -286,6 +287,7 @@ SECTIONS: dict[str, type[Section]] = {
     "uav": UavSection,
     "sensor": SensorSection,
     "airspace": AirspaceSection,
+    "traffic": TrafficSection,
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
@@ -304,9 +306,16 @@ class Scenario:
     uav: UavSection
     sensor: SensorSection
     airspace: AirspaceSection
+    traffic: TrafficSection
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
+    others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
+
+    @property
+    def uavs(self) -> tuple[UavSection, ...]:
+        """All UAVs, the first one first."""
+        return (self.uav, *self.others)
 
     @property
     def name(self) -> str:
@@ -320,15 +329,21 @@ class Scenario:
 
     @property
     def take_off_s(self) -> float:
-        """When the UAV takes off, seconds on the target's clock."""
-        return self.target.last_seen_ago_s + self.uav.take_off_s
+        """When the first UAV takes off, seconds on the target's clock."""
+        return self.target.last_seen_ago_s + min(uav.take_off_s for uav in self.uavs)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the whole scenario as plain values that a scenario file may hold as well."""
         sections = {key: getattr(self, key) for key in SECTIONS}
-        plain = {
+        plain: dict[str, Any] = {
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        silent = [key for key in ("airspace", "futures") if not plain[key]]
+        if self.others:
+            plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
+        silent = [
+            key
+            for key in ("airspace", "traffic", "futures")
+            if getattr(self, key) == SECTIONS[key]()
+        ]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}

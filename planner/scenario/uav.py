@@ -1,6 +1,6 @@
 """The drone of a scenario: when and where it takes off, and how its aircraft flies."""
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -16,6 +16,7 @@ from planner.scenario.values import (
 )
 
 IDEAL = "ideal"  # the paper's aircraft: at its height, at full speed and around corners at once
+MOST_SORTIES = 50
 RESERVE = 0.2  # of a real aircraft's time in the air, if nothing is said
 
 
@@ -83,6 +84,16 @@ class UavSection(Section):
     link_m: Radius | None = Field(
         default=None,
         description="how far from its start it may be, in metres, such as 2000, or leave it out",
+    )
+    sorties: Annotated[int, Field(ge=1, le=MOST_SORTIES)] | None = Field(
+        default=None,
+        description="how often it flies, with a full battery each time, such as 4, or leave it "
+        "out: once",
+    )
+    swap_s: Seconds | None = Field(
+        default=None,
+        description="how long it stands on the ground between two flights, as seconds or H:M:S, "
+        "or leave it out: not at all; goes with sorties",
     )
 
     @property

@@ -124,9 +124,9 @@ class Cells:
 
     def brings(self, flight: FreeFlight) -> Floats:
         """Return the reward per unit of unseen weight that a flight brings after each tick."""
-        (track,) = plan_of_waypoints(self.problem, "", flight.waypoints).tracks
+        tracks = plan_of_waypoints(self.problem, "", flight.waypoints).tracks
         times_s = self.ticks.begin_s + self.ticks.lasts_s * np.arange(float(self.ticks.many))
-        seen = seen_by(self.problem, track, self._particles, self.index.weight)
+        seen = seen_by(self.problem, tracks, self._particles, self.index.weight)
         return seen.brings(np.asarray(times_s))
 
     @property

@@ -1,14 +1,14 @@
 """When a flight sees how much, and what that brings: what searches learn from a flight."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.evaluate import evaluate_all
-from planner.detection.first_detection import first_detection
+from planner.detection.evaluate import evaluate, evaluate_all
 from planner.detection.kernels.worth import judged_contacts
-from planner.detection.survival import Searched, contacts
+from planner.detection.survival import Searched, contacts_of_all
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -17,7 +17,7 @@ from planner.search.what_if import goal_of
 
 
 class Seen(NamedTuple):
-    """What a flight sees, sighting by sighting; what it does not see comes with time infinity."""
+    """What flights see, sighting by sighting; what they do not see comes with time infinity."""
 
     time_s: Floats  # (M,) seconds, expected
     weight: Floats  # (M,) probability of the target being seen just then
@@ -35,20 +35,20 @@ class Seen(NamedTuple):
         return share
 
 
-def seen_by(problem: Problem, track: Track, futures: Futures, weight: Floats) -> Seen:
-    """Return what a flight sees of particles, beside the problem's flights of others.
+def seen_by(problem: Problem, tracks: Sequence[Track], futures: Futures, weight: Floats) -> Seen:
+    """Return what flights see together of particles, beside the problem's flights of others.
 
     Parameters
     ----------
     weight
-        How probably the target is each of them, and unseen as the flight begins, (N,).
+        How probably the target is each of them, and unseen as the flights begin, (N,).
     """
     sensor, objective = problem.sensor, problem.objective
     if sensor.is_perfect and not problem.flown:
-        seen_at = first_detection(futures, track, sensor.radius_m)
+        seen_at = evaluate(tracks, futures, sensor, objective).seen_at
         return Seen(seen_at, weight, weight * objective.reward(seen_at))
-    met = contacts(futures, track, sensor.radius_m)
-    time_s, share, worth, left = judged_contacts(met, sensor.rate_per_s, goal_of(problem, futures))
+    met, rates = contacts_of_all(futures, [Searched(track, sensor) for track in tracks])
+    time_s, share, worth, left = judged_contacts(met, rates, goal_of(problem, futures))
     each = np.repeat(weight, np.diff(met.first))
     never = np.full(len(weight), np.inf)
     return Seen(

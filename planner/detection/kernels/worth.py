@@ -154,19 +154,19 @@ def mean_time(from_s: float, to_s: float, rate_per_s: float) -> float:
 
 @compiled
 def judged_contacts(
-    contacts: ContactColumns, rate_per_s: float, goal: Goal
+    contacts: ContactColumns, rates: Floats, goal: Goal
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return when contacts of one flight see, how probably, what that is worth, and what is left.
+    """Return when contacts see, how probably, what that is worth, and what is left.
 
     The first three (M,) in terms of a particle unseen before all of them, the last (N,) how
-    probably it is unseen after them.
+    probably it is unseen after them. A particle's contacts come by time and one after the other.
     """
     first, from_s, to_s = contacts
     time_s, share, worth = np.empty(len(from_s)), np.empty(len(from_s)), np.empty(len(from_s))
     left = np.ones(len(first) - 1)
     for who in range(len(left)):
         for c in range(first[who], first[who + 1]):
-            passes = 0.0
+            passes, rate_per_s = 0.0, rates[c]
             if rate_per_s < np.inf:
                 passes = float(np.exp(-rate_per_s * (to_s[c] - from_s[c])))
             each = worth_of_contact(who, from_s[c], to_s[c], rate_per_s, goal)
