@@ -51,6 +51,7 @@ COMMANDS = (
     ("new", "write a call in words as a scenario file, and plan nothing"),
     ("now", "plan a call in words while the clock runs"),
     ("where", "show where the target may be at a given time"),
+    ("validate", "check the belief against true vehicles of runs that no particle has seen"),
     ("plan", "plan a search and evaluate it on fresh targets"),
     ("fly", "fly a plan against true targets"),
     ("export", "write a plan as files that pilots and autopilots fly"),

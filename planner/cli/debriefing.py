@@ -43,7 +43,7 @@ def debriefed(arguments: argparse.Namespace) -> int:
         targets = _fresh(arguments, opened, stored)
         found = debrief(flight, stored, targets.futures)
         believed = _believed(arguments, opened, targets).futures
-        left = still_unseen(believed, flight.track, stored.sensor.radius_m, at_s)
+        left = still_unseen(believed, flight.track, stored.sensor, at_s)
         state = state_at(left, opened.network, at_s)
         roads = by_road(state, opened.network)
         if folder is not None:

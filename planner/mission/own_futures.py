@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Offsets
+from planner.arrays import Ints, Offsets
+from planner.futures.fates import Fates
 from planner.futures.kept import joined
 from planner.futures.store import Recording, read_recording
 from planner.mission.opening import OpenScenario
@@ -46,6 +47,9 @@ class Split:
 def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     """Return a user's futures in two parts: the same ones for the same scenario seed.
 
+    What rode in traffic is parted by its realisations: vehicles of one queue behind each other, and
+    a plan that knows some of them knows where the others are.
+
     Raises
     ------
     InputError
@@ -56,18 +60,25 @@ def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
         read_recording(path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s)
         for path in own.paths
     ]
-    recording = _joined(days)
-    many, is_of_days = len(recording.futures), len(days) >= ENOUGH_FILES
-    if many < ENOUGH and not is_of_days:
+    recording, group = _joined(days), _alike(days)
+    groups = np.unique(group)
+    is_few = len(group) < ENOUGH and len(days) < ENOUGH_FILES
+    if is_few or len(groups) < 2:
         return Split(recording, None)
-    units = len(days) if is_of_days else many
-    order = stream(search.seed, "kept out").permutation(units)
-    spared = max(1, round(KEPT_OUT * units))
-    parts = [np.sort(order[spared:]), np.sort(order[:spared])]
-    if is_of_days:
-        day = np.repeat(np.arange(units), [len(one.futures) for one in days])
-        parts = [np.flatnonzero(np.isin(day, part)) for part in parts]
-    return Split(*(_part(recording, part) for part in parts))
+    order = stream(search.seed, "kept out").permutation(len(groups))
+    spared = groups[order[: max(1, round(KEPT_OUT * len(groups)))]]
+    out = np.isin(group, spared)
+    return Split(*(_part(recording, np.flatnonzero(some)) for some in (~out, out)))
+
+
+def _alike(days: Sequence[Recording]) -> Ints:
+    """Return which vehicles are kept out together, (N,): those of one run of the traffic."""
+    day = np.repeat(np.arange(len(days)), [len(one.futures) for one in days])
+    fates = Fates.joined([one.futures.fates for one in days])
+    if fates is not None:
+        run = np.stack([day, fates.realisation])
+        return np.unique(run, axis=1, return_inverse=True)[1].reshape(-1)
+    return day if len(days) >= ENOUGH_FILES else np.arange(len(day))
 
 
 def _joined(days: Sequence[Recording]) -> Recording:

@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.files import write_json
 from planner.flight.law import Aircraft
 from planner.flight.legs import Legs, leg_ends
-from planner.flight.plan import FlownLeg, Plan
+from planner.flight.plan import FlownLeg, Plan, Sortie
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.guard import read_json
@@ -36,7 +36,7 @@ class StoredPlan:
     """A plan read back, with the sensor and the objective it was made for."""
 
     plan: Plan
-    sensor: Sensor  # its radius; when it is on stands in the tracks
+    sensor: Sensor  # its radius and rate; when it is on stands in the tracks
     objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
 
@@ -60,7 +60,7 @@ def plan_content(
     Parameters
     ----------
     problem
-        The one that it solves.
+        The one that it solves, of the first UAV.
     planned
         On the particles that the plan was made from.
     evaluated
@@ -69,6 +69,7 @@ def plan_content(
         Which moment time 0 is, with its offset from UTC; None: nobody said.
     """
     network = problem.network
+    uavs = [problem.uavs[flight.uav] for flight in plan.flights]
     return {
         "schema": SCHEMA,
         **network.credit,
@@ -77,13 +78,16 @@ def plan_content(
         "network": frame(network),
         "uavs": [
             {
-                **_uav(problem.uav, network),
-                **_aircraft(problem.uav.aircraft, track),
+                **_whose(plan, number),
+                **_uav(uav, network),
+                **_aircraft(uav.aircraft, track),
                 "waypoints": waypoints(track, network),
                 "legs": [_leg(flown, network) for flown in legs],
                 "sensor_on": track.sensor_on.tolist(),
             }
-            for track, legs in zip(plan.tracks, plan.legs, strict=True)
+            for number, (uav, track, legs) in enumerate(
+                zip(uavs, plan.tracks, plan.legs, strict=True)
+            )
         ],
         "planned": {
             "expected_detection_time_s": planned.expected_detection_time_s,
@@ -91,10 +95,16 @@ def plan_content(
             "particles": len(planned.weight),
             "horizon_s": planned.objective.horizon_s,
             "radius_m": problem.sensor.radius_m,
+            **_misses(problem.sensor),
             **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
     }
+
+
+def _misses(sensor: Sensor) -> dict[str, float]:
+    """Return at which rate a sensor detects that may miss; of a perfect one nothing."""
+    return {} if sensor.is_perfect else {"rate_per_s": sensor.rate_per_s}
 
 
 def timing_content(timing: Sequence[Mistimed]) -> list[dict[str, float]]:
@@ -134,6 +144,14 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
         "found_by_s": by_s,
         "found_by_probability": evaluation.found_by_probability(by_s),
     }
+
+
+def _whose(plan: Plan, number: int) -> dict[str, int]:
+    """Return which flight of which UAV one is, if there are several."""
+    if len(plan.flights) == 1:
+        return {}
+    uav, again = plan.flights[number]
+    return {"uav": uav, "flight": again}
 
 
 def _uav(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
@@ -203,17 +221,18 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         raise ValueError(f"schema {content['schema']!r}, not {SCHEMA!r}")
     if content["schema"] == SCHEMA and content["network"]["sha256"] != network.sha256:
         raise ValueError("it was made on another one")
-    tracks, legs = [], []
-    for uav in content["uavs"]:
+    tracks, legs, flights = [], [], []
+    for number, uav in enumerate(content["uavs"]):
         time_s, x_m, y_m, *_ = np.array(uav["waypoints"], dtype=float).T
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
         legs.append(tuple(_flown(leg, network, tracks[-1]) for leg in uav["legs"]))
+        flights.append(Sortie(_count(uav.get("uav", number)), _count(uav.get("flight", 0))))
     if not tracks:
         raise ValueError("no uavs")
     return StoredPlan(
-        Plan(_text(content["method"]), tuple(tracks), tuple(legs)),
-        Sensor(_above_zero(content["planned"]["radius_m"])),
+        Plan(_text(content["method"]), tuple(tracks), tuple(legs), tuple(flights)),
+        _sensor(content["planned"]),
         Objective(
             _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
         ),
@@ -221,9 +240,21 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
     )
 
 
+def _sensor(planned: Mapping[str, Any]) -> Sensor:
+    radius_m = _above_zero(planned["radius_m"])
+    rate_per_s = planned.get("rate_per_s")
+    return Sensor(radius_m, rate_per_s=np.inf if rate_per_s is None else _above_zero(rate_per_s))
+
+
 def _whole(number: object) -> int:
     if type(number) is not int or number < 1:
         raise ValueError(f"evaluated on {as_written(number)} targets")
+    return number
+
+
+def _count(number: object) -> int:
+    if type(number) is not int or number < 0:
+        raise ValueError(f"UAVs and their flights count from 0, not {as_written(number)}")
     return number
 
 

@@ -10,7 +10,7 @@ from planner.page.document import NO_PARTS, document, markup
 from planner.page.still import still
 from planner.page.words import UNTITLED, Clock
 
-NO_PLAN = "The first plan is being made. While it is, this page looks for it every few seconds."
+NO_PLAN = "The first plan is being made; this page turns into it."
 
 
 def page_of_guess(opened: OpenScenario, guess: Futures) -> str:

@@ -162,7 +162,7 @@ def _notes(run: Shown) -> Iterator[str]:
         f"making the plan. Found by {until}: {odds(evaluated.detection_probability)} "
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
-    left = left_unseen(run.fresh, evaluated.seen_at, run.until_s)
+    left = left_unseen(run.fresh, evaluated, run.until_s)
     if left > 0.0:
         gone = gone_by(run.fresh, run.until_s)
         yield f"Off the map by {until}: {odds(gone)}, of which not seen before: {odds(left)}."

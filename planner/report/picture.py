@@ -72,7 +72,8 @@ def plan_picture(
     OutputError
         If the file cannot be written.
     """
-    seen_at = next(iter(evaluations.values())).seen_at
+    evaluated = next(iter(evaluations.values()))
+    seen_at = evaluated.seen_at
     attribution = problem.network.attribution
     with new_figure(path, (12.8, 6.9), title, attribution) as figure:
         until_s = shown_until_s(problem, evaluations.values())
@@ -87,7 +88,7 @@ def plan_picture(
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
-            left = left_unseen(problem.futures, seen_at, time_s)
+            left = left_unseen(problem.futures, evaluated, time_s)
             size = 8.0 if in_town else 9.0  # there are more words above wider maps
             axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=size, pad=3.5)
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"

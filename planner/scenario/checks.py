@@ -12,6 +12,7 @@ from planner.scenario.sections import (
     NetworkSection,
     Scenario,
     SearchSection,
+    SensorSection,
     TargetSection,
 )
 from planner.scenario.uav import UavSection
@@ -133,6 +134,18 @@ def _sortie_faults(uav: UavSection) -> Iterator[Fault]:
                 yield Fault(f"uav.{key}", "is missing; a UAV with uav.sorties comes home: give it")
     elif uav.swap_s is not None:
         yield Fault("uav.swap_s", "says nothing without uav.sorties, 2 or more; give both")
+
+
+def sensor_faults(sensor: SensorSection) -> Iterator[Fault]:
+    """Yield what is wrong with how surely a sensor sees."""
+    width_m = sensor.sweep_width_m
+    if width_m is None:
+        return
+    if sensor.detects is not None:
+        yield Fault("sensor.sweep_width_m", "says what sensor.detects says; give one of them")
+    if width_m > 2.0 * sensor.radius_m:
+        text = f"is wider than the sensor sees, {as_written(2.0 * sensor.radius_m)} m"
+        yield Fault("sensor.sweep_width_m", f"{text}; write less, or a greater radius_m")
 
 
 def horizon_faults(

@@ -245,6 +245,8 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return list(traffic_faults(section, folder)) if sound else []
     if isinstance(section, TargetSection):
         return list(target_faults(key, section, folder))
+    if isinstance(section, SensorSection):
+        return list(checks.sensor_faults(section)) if sound else []
     return []
 
 

@@ -17,8 +17,10 @@ from planner.scenario.traffic import TrafficSection
 from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
+    Detects,
     Distances,
     DistributionSection,
+    Hidden,
     Moment,
     Name,
     PositiveSeconds,
@@ -120,6 +122,11 @@ class TargetSection(Section):
         default=1.0,
         description="the probability that the target is there at all, above 0 and at most 1",
     )
+    hidden: Hidden | None = Field(
+        default=None,
+        description="the probability that it is where no pass can see it, such as a garage: from "
+        "0 to below 1, or leave it out for 0",
+    )
     last_seen_ago_s: Seconds = Field(
         default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
     )
@@ -160,13 +167,23 @@ class Component(TargetSection):
 
 
 class SensorSection(Section):
-    """The perfect sensor."""
+    """How far the sensor sees, and how surely."""
 
     radius_m: Radius = Field(
         default=500.0, description="the detection radius in metres, such as 500"
     )
     detects_in_transit: bool = Field(
         default=True, description="true if the sensor is on between roads as well, else false"
+    )
+    detects: Detects | None = Field(
+        default=None,
+        description="the probability that one pass at the UAV's speed straight over a resting "
+        "target sees it, above 0 and at most 1, or leave it out for 1",
+    )
+    sweep_width_m: Radius | None = Field(
+        default=None,
+        description="in place of detects, how wide a swath a perfect sensor would sweep to find "
+        "as many, in metres, at most twice the radius, or leave it out",
     )
 
 

@@ -92,3 +92,29 @@ def test_of_few_vehicles_none_is_kept_out(tmp_path: Path) -> None:
     split = read_split(recording(tmp_path, ENOUGH - 1), open_scenario("figure3"))
     assert split.kept_out is None
     assert len(split.planning.futures) == ENOUGH - 1
+
+
+def test_of_traffic_whole_realisations_are_kept_out(tmp_path: Path) -> None:
+    own = recording(tmp_path, ENOUGH)
+    fates = {"late_s": 0, "took_over": 0, "teleports": 0, "driven_m": np.nan, "alone_m": np.nan}
+    for number in (5, 1):
+        columns = {
+            "particle": np.arange(ENOUGH),
+            "weight": np.full(ENOUGH, 1 / ENOUGH),
+            "at_end": ["stays"] * ENOUGH,
+            "speed_mps": np.ones(ENOUGH),
+            "route": [""] * ENOUGH,
+            "realisation": np.arange(ENOUGH) % number,
+            **{name: np.full(ENOUGH, value) for name, value in fates.items()},
+        }
+        write_table(tmp_path / "particles.parquet", columns, {})
+        split = read_split(own, open_scenario("figure3"))
+        if number == 1:  # what is kept out of it would share its queues
+            assert split.kept_out is None
+            continue
+        assert split.kept_out is not None
+        there, spared = split.planning.futures.fates, split.kept_out.futures.fates
+        assert there is not None
+        assert spared is not None
+        assert len(set(spared.realisation)) == 1
+        assert set(spared.realisation).isdisjoint(there.realisation)
