@@ -60,6 +60,7 @@ COMMANDS = (
     ("view", "show a plan as it is flown, in a window of sumo-gui"),
     ("certify", "bound the gap between a run's plan and the best possible plan"),
     ("compare", "compare all methods on the same futures and fresh targets"),
+    ("instances", "export the frozen instances as plain files, or score submitted plans"),
     ("check-planner", "hold a planner of your own against what every planner owes"),
     ("experiment", "run all combinations of factors, methods and seeds"),
     ("doctor", "check this installation and suggest a remedy for each fault"),

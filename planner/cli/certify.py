@@ -133,7 +133,7 @@ def _certificate(
     arguments: argparse.Namespace, opened: "OpenScenario", plan: "Plan", problem: "Problem"
 ) -> "tuple[Certificate, float | None]":
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
-    from planner.bounds.certificate import Effort, certified
+    from planner.bounds.certificate import certified
     from planner.cli.progress import progress_bar
     from planner.cli.session import Drive, announcing
     from planner.cli.trials import Bounding, certificate_of
@@ -142,7 +142,7 @@ def _certificate(
     seconds, sets = arguments.time_limit, arguments.sets
     limit_s = math.inf if seconds is None else seconds
     with first_interrupt_asks() as asked:
-        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work)
+        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work, arguments.jobs)
         certificate = certificate_of(problem, plan, bounding)
         if sets is None:
             return certificate, None
@@ -154,7 +154,7 @@ def _certificate(
             def bound(other: "Problem") -> float | None:
                 if asked():
                     return None
-                found = certified(other, plan, Effort(bounding.gap, bounding.stop())).bound
+                found = certified(other, plan, bounding.effort()).bound
                 progress(next(done), sets)
                 return found
 

@@ -219,7 +219,7 @@ def _evaluated(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
-        prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
+        prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
         fresh=targets.are,
         timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
@@ -243,7 +243,8 @@ def _planned(
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
-                    bounding = Bounding(interrupted, arguments.gap, limit_s)
+                    jobs = arguments.jobs
+                    bounding = Bounding(interrupted, arguments.gap, limit_s, workers=jobs)
                     return certificate_of(problem, plan, bounding)
             except NotApplicableError as error:
                 reasons.append(str(error))

@@ -1,7 +1,7 @@
 """Futures that a user brings: those to plan on, and those kept out to evaluate the plan on.
 
-Several files are several days, each as likely as any other. Vehicles of one day meet the same
-queues: what is kept out are whole days then, where there are enough of them.
+Several files are several days, each as likely as any other. Vehicles of one day, or of one
+realisation of traffic, meet the same queues: these are kept out whole, where there are enough.
 """
 
 from collections.abc import Sequence
@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.arrays import Ints, Offsets
-from planner.futures.fates import Fates
+from planner.arrays import Offsets
+from planner.futures.futures import Futures
 from planner.futures.kept import joined
 from planner.futures.store import Recording, read_recording
 from planner.mission.opening import OpenScenario
@@ -47,9 +47,6 @@ class Split:
 def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     """Return a user's futures in two parts: the same ones for the same scenario seed.
 
-    What rode in traffic is parted by its realisations: vehicles of one queue behind each other, and
-    a plan that knows some of them knows where the others are.
-
     Raises
     ------
     InputError
@@ -60,25 +57,27 @@ def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
         read_recording(path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s)
         for path in own.paths
     ]
-    recording, group = _joined(days), _alike(days)
-    groups = np.unique(group)
-    is_few = len(group) < ENOUGH and len(days) < ENOUGH_FILES
-    if is_few or len(groups) < 2:
+    recording = _joined(days)
+    unit = _units(days, recording.futures)
+    units = np.unique(unit)
+    if (len(unit) < ENOUGH and len(days) < ENOUGH_FILES) or len(units) < 2:
         return Split(recording, None)
-    order = stream(search.seed, "kept out").permutation(len(groups))
-    spared = groups[order[: max(1, round(KEPT_OUT * len(groups)))]]
-    out = np.isin(group, spared)
+    order = stream(search.seed, "kept out").permutation(len(units))
+    spared = units[order[: max(1, round(KEPT_OUT * len(units)))]]
+    out = np.isin(unit, spared)
     return Split(*(_part(recording, np.flatnonzero(some)) for some in (~out, out)))
 
 
-def _alike(days: Sequence[Recording]) -> Ints:
-    """Return which vehicles are kept out together, (N,): those of one run of the traffic."""
-    day = np.repeat(np.arange(len(days)), [len(one.futures) for one in days])
-    fates = Fates.joined([one.futures.fates for one in days])
-    if fates is not None:
-        run = np.stack([day, fates.realisation])
-        return np.unique(run, axis=1, return_inverse=True)[1].reshape(-1)
-    return day if len(days) >= ENOUGH_FILES else np.arange(len(day))
+def _units(days: Sequence[Recording], futures: Futures) -> Offsets:
+    """Return the unit that each vehicle is kept out with, (N,): its day, its realisation, itself.
+
+    Vehicles of one unit queue behind each other: who knows some knows where the others are.
+    """
+    if len(days) >= ENOUGH_FILES:
+        return np.repeat(np.arange(len(days)), [len(one.futures) for one in days])
+    if futures.fates is not None:
+        return futures.fates.realisation.astype(np.int64)
+    return np.arange(len(futures))
 
 
 def _joined(days: Sequence[Recording]) -> Recording:

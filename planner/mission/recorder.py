@@ -248,16 +248,17 @@ def problems_of(
         )
         for section, (x_m, y_m), home_m in places
     ]
-    sensors = [sensor_of(scenario.sensor, section.speed_mps) for section in scenario.uavs]
+    # All carry the same sensor: its rate is what makes a pass of the first one detect as said.
+    sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
-    shared = (opened.network, futures)
     return tuple(
         Problem(
-            *shared,
+            opened.network,
+            futures,
             uav,
-            sensors[number],
+            sensor,
             objective,
             airspace=airspace,
             others=tuple(uavs[:number] + uavs[number + 1 :]),

@@ -150,7 +150,10 @@ def guess_content(opened: OpenScenario, drawn: Drawn, clock: Clock) -> dict[str,
         "end_s": end_s,
         "radius_m": scenario.sensor.radius_m,
         **under,
-        "uavs": [{"waypoints": [[end_s, *opened.uav_xy_m]], "sensor_on": [], "legs": []}],
+        "uavs": [
+            {"waypoints": [[end_s, *place]], "sensor_on": [], "legs": []}
+            for place in opened.starts_m
+        ],
         "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
         "earth": earth_content(network, drawn.whole, drawn.view),
     }

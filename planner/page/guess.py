@@ -27,7 +27,7 @@ def page_of_guess(opened: OpenScenario, guess: Futures) -> str:
         opened.network,
         guess,
         np.full(len(guess), np.inf),
-        [np.array([opened.uav_xy_m])],
+        [np.array(opened.starts_m)],
         radius_m=scenario.sensor.radius_m,
         until_s=horizon_s,
     )
