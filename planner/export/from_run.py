@@ -160,6 +160,8 @@ class _Setting:
     ) -> "_Setting":
         network, uav = placed(opened.network, origin), uav or opened.scenario.uav
         aircraft = _real(uav)
+        if opened.scenario.uav.in_air is not None:
+            aircraft = aircraft.in_air
         return cls(
             network,
             aircraft,
@@ -183,9 +185,16 @@ class _Setting:
     def flown(self, way: Way) -> tuple[Track, TimedFlight]:
         return line_flown(way.xy_m, way.hold_s, self.law, up_s=self.up_s, lands=self.lands)
 
+    def launch(self, opened: OpenScenario) -> Waypoint | None:
+        """Return where it took off, if it flies already."""
+        if opened.scenario.uav.in_air is None:
+            return None
+        took_off = Way(np.array([opened.uav_xy_m]), np.zeros(1), ())
+        return waypoints_of(took_off, np.array([opened.scenario.take_off_s]), self.network)[0]
+
     def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
         waypoints = waypoints_of(way, arrives_s, self.network)
-        flight = _file(opened, self.network, self.law, waypoints)
+        flight = _file(opened, self.network, self.law, waypoints, self.launch(opened))
         fixes = fixes_of(track, self.law, self.network, lands=self.lands)
         return RunFlight(
             flight=replace(flight, way=fixes),
@@ -250,11 +259,12 @@ def _planned(opened: OpenScenario, stored: StoredPlan) -> Line:
         raise InputError("plan.json: a flight file is for one UAV; plan with one")
     made_for = aircraft_of(opened.scenario.uav)
     law = FlightLaw(opened.scenario.uav.speed_mps) if made_for is None else made_for.law
+    flies = opened.scenario.uav.in_air is not None
     return line_of(
         stored.plan.tracks[0],
         stored.plan.legs[0],
         opened.network,
-        up_s=law.climb_s,
+        up_s=0.0 if flies else law.climb_s,
         down_s=0.0 if opened.return_to_m is None else law.descend_s,
     )
 
@@ -276,14 +286,21 @@ def _point(place: Floats) -> Point:
 
 def _battery(uav: UavSection, aircraft: Aircraft, opened: OpenScenario) -> Battery:
     lasts_s = np.inf if uav.max_flight_time_s is None else uav.max_flight_time_s
+    there = opened.scenario.uav.in_air
+    if there is not None and there.left_s is not None:
+        lasts_s = there.left_s
     home_m, headwind_mps = opened.return_to_m, aircraft.headwind_mps
     return Battery(lasts_s, aircraft.reserve_s, home_m, headwind_mps, opened.airspace)
 
 
 def _file(
-    opened: OpenScenario, network: RoadNetwork, law: FlightLaw, waypoints: list[Waypoint]
+    opened: OpenScenario,
+    network: RoadNetwork,
+    law: FlightLaw,
+    waypoints: list[Waypoint],
+    launch: Waypoint | None,
 ) -> FlightFile:
-    start, end = ((one.x_m, one.y_m) for one in (waypoints[0], waypoints[-1]))
+    start, end = ((one.x_m, one.y_m) for one in (launch or waypoints[0], waypoints[-1]))
     comes_home = opened.return_to_m == start == end
     return FlightFile(
         name=opened.scenario.title or opened.scenario.path.parent.name,
@@ -293,4 +310,5 @@ def _file(
         comes_home=comes_home,
         sighted_at=opened.scenario.target.sighted_at,
         attribution=network.attribution,
+        launch=launch,
     )

@@ -16,6 +16,7 @@ from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
+from planner.mission.news import news_faults
 from planner.mission.uav_places import (
     far_faults,
     landing_faults,
@@ -29,6 +30,7 @@ from planner.network.roads import with_roads
 from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
+from planner.scenario.news import News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
 
 log = logging.getLogger(__name__)
@@ -52,6 +54,11 @@ class OpenScenario:
     def uav_xy_m(self) -> tuple[float, float]:
         """Where the UAV takes off, metres east and north."""
         return start_xy(self.scenario.uav.start, self.network)
+
+    @property
+    def news(self) -> tuple[News, ...]:
+        """What is known of the target beyond the priors."""
+        return self.scenario.news.heard or ()
 
     @property
     def return_to_m(self) -> tuple[float, float] | None:
@@ -92,6 +99,7 @@ def open_scenario(
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
         airspace = _airspace(draft, network, faults)
+        faults += news_faults((draft.news and draft.news.heard) or (), network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)

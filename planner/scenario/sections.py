@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.areas import Area
+from planner.scenario.news import NewsSection
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
 from planner.scenario.uav import UavSection
@@ -272,6 +273,7 @@ SECTIONS: dict[str, type[Section]] = {
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
+    "news": NewsSection,
 }
 
 
@@ -290,6 +292,7 @@ class Scenario:
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
+    news: NewsSection
 
     @property
     def name(self) -> str:
@@ -313,5 +316,5 @@ class Scenario:
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        silent = [key for key in ("airspace", "futures") if not plain[key]]
+        silent = [key for key in ("airspace", "futures", "news") if not plain[key]]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}
