@@ -151,6 +151,35 @@ def clock(time_s: float) -> str:
     return f"{sign}{hours}:{minute:02d}:{second:02d}"
 
 
+def to_second(moment: datetime.datetime, now: datetime.datetime | None = None) -> str:
+    """Return a moment as a watch shows it, H:M:S, for what somebody has to do then.
+
+    Parameters
+    ----------
+    now
+        In whose zone it is told, with the date if that is not today's; None: in its own, without.
+    """
+    return _of_day(moment, now, "%H:%M:%S")
+
+
+def to_minute(moment: datetime.datetime, now: datetime.datetime | None = None) -> str:
+    """Return a moment by which something is so, H:M: the next whole minute.
+
+    Parameters
+    ----------
+    now
+        As `to_second` takes it.
+    """
+    past_s = moment.second + moment.microsecond / 1e6
+    return _of_day(moment + datetime.timedelta(seconds=-past_s % 60.0), now, "%H:%M")
+
+
+def _of_day(moment: datetime.datetime, now: datetime.datetime | None, form: str) -> str:
+    there = moment if now is None else moment.astimezone(now.tzinfo)
+    is_today = now is None or there.date() == now.date()
+    return there.strftime(form if is_today else f"%Y-%m-%d {form}")
+
+
 def rough(time_s: float) -> str:
     """Return a duration in words, to the digits that an estimate has."""
     if time_s < 100:

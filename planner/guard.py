@@ -348,11 +348,82 @@ def elements_in(path: Path, suspects: re.Pattern[bytes]) -> list[tuple[str, dict
     InputError
         As `opened_xml`, or if it is suspected and not well-formed.
     """
+    found: list[tuple[str, dict[str, str]]] = []
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        if suspects.match(f"<{name} ".encode()):
+            found.append((name, attributes))
+
+    if holds(path, suspects):
+        parser = expat.ParserCreate()
+        parser.StartElementHandler = start
+        _parse(path, parser)
+    return found
+
+
+def holds(path: Path, suspects: re.Pattern[bytes]) -> bool:
+    """Return whether the bytes of an XML file match a pattern, or may do so when they are read.
+
+    Parameters
+    ----------
+    suspects
+        Matches no more than 64 bytes.
+
+    Raises
+    ------
+    InputError
+        As `opened_xml`.
+    """
     with opened_xml(path) as file:
-        if not _suspected(file, suspects):
-            return []
-    with opened_xml(path) as file:
-        return _parsed_elements(path, file, suspects)
+        return _suspected(file, suspects)
+
+
+Change = Callable[[str, dict[str, str]], dict[str, str] | None]
+
+
+def rewritten_xml(path: Path, into: IO[bytes], change: Change) -> None:
+    """Write an XML file anew, its elements changed; comments are left out.
+
+    Parameters
+    ----------
+    change
+        Returns what the attributes of an element become; None takes it out, with all within it.
+
+    Raises
+    ------
+    InputError
+        As `opened_xml`, or if it is not well-formed.
+    """
+    from xml.sax.saxutils import XMLGenerator
+
+    # Characters beyond ASCII by their numbers: read alike in every locale.
+    writer = XMLGenerator(into, "ascii", short_empty_elements=True)
+    left_out: list[str] = []  # the elements around, from one on that is taken out
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        changed = None if left_out else change(name, attributes)
+        if changed is None:
+            left_out.append(name)
+        else:
+            writer.startElement(name, changed)  # type: ignore[arg-type]
+
+    def end(name: str) -> None:
+        if left_out:
+            left_out.pop()
+        else:
+            writer.endElement(name)
+
+    def text(content: str) -> None:
+        if not left_out:
+            writer.characters(content)
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = text
+    writer.startDocument()
+    _parse(path, parser)
+    writer.endDocument()
 
 
 def _suspected(file: IO[bytes], suspects: re.Pattern[bytes]) -> bool:
@@ -368,25 +439,22 @@ def _suspected(file: IO[bytes], suspects: re.Pattern[bytes]) -> bool:
     return False
 
 
-def _parsed_elements(
-    path: Path, file: IO[bytes], suspects: re.Pattern[bytes]
-) -> list[tuple[str, dict[str, str]]]:
-    found: list[tuple[str, dict[str, str]]] = []
+def _parse(path: Path, parser: expat.XMLParserType) -> None:
+    """Parse a file with what was made for it.
 
-    def start(name: str, attributes: dict[str, str]) -> None:
-        if suspects.match(f"<{name} ".encode()):
-            found.append((name, attributes))
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = start
-    try:
-        while block := file.read(BLOCK):  # as in `xml_elements`
-            parser.Parse(block, False)
-        parser.Parse(b"", True)
-    except (expat.ExpatError, ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            f"{path}: is not XML ({error}); give the file as its program wrote it"
-        ) from error
-    return found
+    Raises
+    ------
+    InputError
+        As `opened_xml`, or if it is not well-formed.
+    """
+    with opened_xml(path) as file:
+        try:
+            while block := file.read(BLOCK):  # as in `xml_elements`
+                parser.Parse(block, False)
+            parser.Parse(b"", True)
+        except (expat.ExpatError, ValueError, LookupError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(
+                f"{path}: is not XML ({error}); give the file as its program wrote it"
+            ) from error

@@ -77,6 +77,26 @@ def student_interval(values: Sequence[float]) -> tuple[float, float]:
     return mean - half, mean + half
 
 
+def ratio_of_means(values: Floats, others: Floats) -> tuple[float, float]:
+    """Return the ratio of the means of pairs, and half the width of its 95 % interval.
+
+    By the delta method, with Student's t; infinite for a single pair.
+
+    Parameters
+    ----------
+    values, others
+        (n,) each, of which the second is not 0 on average.
+    """
+    from scipy.special import stdtrit
+
+    count, ratio = len(values), float(values.mean() / others.mean())
+    if count < 2:
+        return ratio, math.inf
+    residual = (values - ratio * others) / others.mean()
+    deviation = float(np.sqrt((residual**2).sum() / (count - 1) / count))
+    return ratio, float(stdtrit(count - 1, TWO_SIDED_95)) * deviation
+
+
 def lower_limit(bounds: Floats) -> float:
     """Return the 95 % lower confidence limit of the true optimum from bounds of independent sets.
 

@@ -16,6 +16,8 @@ import pytest
 from planner.cli import parser_for
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import SECTIONS
+from planner.search.contract import BUDGET, breaches, cost_s
+from planner.search.contract_problems import PROBLEMS
 from planner.search.methods import Method
 from search import test_contract as contract
 from test_layers import violations
@@ -74,21 +76,18 @@ def test_the_planner_in_docs_plans() -> None:
     (code,) = [block for block in blocks("docs/python.md") if "def best_of_random" in block]
     planner = run_block(code)["best_of_random"]
     problem = contract.instance("paper_figure3")
-    plan = planner(problem, budget=contract.BUDGET, rng=np.random.default_rng(1)).plan
-    assert contract.cost_s(problem, plan) < contract.random_s("paper_figure3", 3)
+    plan = planner(problem, budget=BUDGET, rng=np.random.default_rng(1)).plan
+    assert cost_s(problem, plan) < contract.random_s("paper_figure3", 3)
 
 
-@pytest.mark.parametrize("name", contract.INSTANCES)
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_the_planner_in_contributing_keeps_the_contract(name: str) -> None:
     (code,) = blocks("CONTRIBUTING.md")
     nearest = run_block(code)["nearest"]
     method = Method("nearest", "as in CONTRIBUTING.md", True, lambda: nearest)
-    contract.test_same_stream_same_plan(method, name)
-    contract.test_the_problem_is_unchanged(method, name)
+    assert [*breaches(nearest, {name: PROBLEMS[name]})] == []
     contract.test_the_budget_is_kept(method, name)
-    contract.test_legs_are_flown_as_they_are_named(method, name)
     contract.test_tracks_obey_the_uav(method, name)
-    contract.test_better_than_random(method, name)
 
 
 def test_the_planner_in_contributing_could_be_merged(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Particles: possible targets, each with a route, a start on it and its speeds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -10,7 +10,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, fre
 from planner.checked import choice, finite, offsets, same_length, weights
 from planner.errors import InputError
 
-Driving = Literal["constant", "free"]
+Driving = Literal["constant", "free", "traffic"]
 
 
 # What columns hold that are left out.
@@ -21,7 +21,16 @@ LEFT_OUT: dict[str, float] = {
     "end_m": np.inf,
     "flees_s": 0.0,
     "flees": 1.0,
+    "realisation": 0,
 }
+
+
+@dataclass(frozen=True)
+class Realisations:
+    """Realisations of the traffic: those from one number on."""
+
+    first: int
+    number: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +48,8 @@ class Particles(Frozen):
     speed_mps: Floats  # (M,) drawn speed on that edge of that route
     seed: Offsets  # (N,) from which SUMO's seeds come; see `planner.futures.record`
     gone: Flags  # (N,) True: vanishes at its route's end, False: rests there
-    driving: Driving  # "constant": the drawn speed and nothing else; "free": SUMO's driver
+    # "constant": the drawn speed and nothing else; "free": SUMO's driver, alone; or among others
+    driving: Driving
     # (N,) which target the particle may be, 0 for the first; left out: there is one target
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     # (N,) second on SUMO's clock, which its signals follow, at the target's time 0; left out: 0
@@ -52,6 +62,8 @@ class Particles(Frozen):
     # then than limits and its own speed allow; left out: it does not
     flees_s: Floats = field(default_factory=lambda: np.zeros(0))
     flees: Floats = field(default_factory=lambda: np.zeros(0))
+    # (N,) of the traffic, in which it rides; left out: the first one. Without traffic it is nothing
+    realisation: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
         for name, value in LEFT_OUT.items():
@@ -73,9 +85,11 @@ class Particles(Frozen):
             end_m=np.float64,
             flees_s=np.float64,
             flees=np.float64,
+            realisation=np.int32,
         )
         columns = {"start_m": self.start_m, "depart_s": self.depart_s, "seed": self.seed}
         kinds = {"gone": self.gone, "target": self.target, "phase_s": self.phase_s}
+        kinds |= {"realisation": self.realisation}
         ends = {"stop_s": self.stop_s, "end_m": self.end_m}
         ends |= {"flees_s": self.flees_s, "flees": self.flees}
         count = same_length(weight=self.weight, **kinds, **columns, **ends)
@@ -108,7 +122,16 @@ class Particles(Frozen):
             end_m=self.end_m[index],
             flees_s=self.flees_s[index],
             flees=self.flees[index],
+            realisation=self.realisation[index],
         )
+
+    def in_realisations(self, some: "Realisations") -> "Particles":
+        """Return them spread evenly over realisations of the traffic, one after the other.
+
+        The first one's is as random as its seed, so that single targets do not all ride in one.
+        """
+        shift = int(self.seed[0]) if len(self) else 0
+        return replace(self, realisation=some.first + (shift + np.arange(len(self))) % some.number)
 
     def gone_after(self, end_s: Floats) -> Flags:
         """Return which particles vanish whose motion ends at times, (N,) seconds.

@@ -88,7 +88,7 @@ def in_town(prior: Drives, network: RoadNetwork) -> bool:
     Particles drawn there, and their motion, do not depend on how many there are, nor on the
     horizon but for their end.
     """
-    return prior.driving == "free" and not network.is_abstract
+    return prior.driving != "constant" and not network.is_abstract
 
 
 class Known(NamedTuple):
@@ -130,7 +130,8 @@ def prior_of(target: "TargetSection", network: RoadNetwork, known: Known = NOTHI
         speed_per_road=target.speed_drawn == "per road",
         driving=target.driving,
         gone=target.at_sink == "gone",
-        probability_present=target.probability_present,
+        # Who is hidden is never found, as who is not there at all.
+        probability_present=target.probability_present * (1.0 - (target.hidden or 0.0)),
         signals_known=target.signals == "known",
         stretches=stretches,
         window_s=int(target.last_seen_window_s or 0),

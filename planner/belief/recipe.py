@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from planner.belief.mixture import Belief
-from planner.belief.particles import Particles
+from planner.belief.particles import Particles, Realisations
 from planner.belief.predefined import predefined
 from planner.belief.sampling import Sampling, sample
 from planner.network.road_network import RoadNetwork
@@ -37,11 +37,12 @@ class Drawn:
     seed: int
     stream: tuple[str | int, ...]  # the name of the random stream under the seed
     sampling: Sampling = "iid"
+    realisations: Realisations | None = None  # of the traffic, in which they ride
 
     def particles(self, network: RoadNetwork) -> Particles:
         """Return the particles as `planner.belief.sampling.sample` draws them."""
         rng = stream(self.seed, *self.stream)
-        return sample(
+        drawn = sample(
             self.prior,
             network,
             self.count,
@@ -49,6 +50,7 @@ class Drawn:
             sampling=self.sampling,
             horizon_s=self.horizon_s,
         )
+        return _placed(drawn, self.realisations)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +64,11 @@ class OneTarget:
     horizon_s: float
     seed: int  # of SUMO's driver
     stream: tuple[str | int, ...]
+    realisations: Realisations | None = None  # of the traffic; it rides in one of them
 
     def particles(self, network: RoadNetwork) -> Particles:
         """Return the target as `planner.belief.predefined.predefined` places it."""
-        return predefined(
+        target = predefined(
             network,
             self.prior,
             self.route,
@@ -73,6 +76,11 @@ class OneTarget:
             speed_mps=self.speed_mps,
             offset_m=self.offset_m,
         )
+        return _placed(target, self.realisations)
+
+
+def _placed(particles: Particles, realisations: Realisations | None) -> Particles:
+    return particles if realisations is None else particles.in_realisations(realisations)
 
 
 @dataclass(frozen=True, eq=False)

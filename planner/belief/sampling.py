@@ -152,7 +152,7 @@ def _phases(prior: Prior, network: RoadNetwork, n: int, rng: np.random.Generator
 
     All at one second would meet the same greens and drive in platoons, which plans would chase.
     """
-    if prior.driving == "constant" or prior.signals_known:
+    if prior.driving != "free" or prior.signals_known:
         return np.zeros(n, np.int32)
     return (SETTLED_S + rng.integers(0, signal_cycle_s(network), n)).astype(np.int32)
 

@@ -60,6 +60,7 @@ COMMANDS = (
     ("view", "show a plan as it is flown, in a window of sumo-gui"),
     ("certify", "bound the gap between a run's plan and the best possible plan"),
     ("compare", "compare all methods on the same futures and fresh targets"),
+    ("check-planner", "hold a planner of your own against what every planner owes"),
     ("experiment", "run all combinations of factors, methods and seeds"),
     ("doctor", "check this installation and suggest a remedy for each fault"),
 )
@@ -157,7 +158,7 @@ def command_named(name: str) -> Command:
     """Return the command of that name; its file is loaded only now, which keeps --help quick."""
     if name not in dict(COMMANDS):
         raise ValueError(name)
-    command: Command = import_module(f"planner.cli.{name}")
+    command: Command = import_module(f"planner.cli.{name.replace('-', '_')}")
     return command
 
 

@@ -3,9 +3,13 @@
 import argparse
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from planner.clock import seconds
 from planner.errors import InputError, PlannerError
+
+if TYPE_CHECKING:
+    from planner.futures.traffic import Permit
 
 
 def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
@@ -35,6 +39,7 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         default=[],
         help="override a scenario key, e.g. uav.start.distance_m=120000; repeatable",
     )
+    _add_permit(parser)
     add_jobs(parser)
 
 
@@ -58,6 +63,32 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
     )
+    _add_permit(parser)
+
+
+def _add_permit(parser: argparse.ArgumentParser) -> None:
+    """Add what only a person, and no file, may say of a scenario's traffic."""
+    parser.add_argument(
+        "--allow",
+        metavar="DIR",
+        type=path,
+        action="append",
+        default=[],
+        help="let the files of [traffic] lie below this folder too, not the scenario's alone; "
+        "repeatable",
+    )
+    parser.add_argument(
+        "--control",
+        metavar="MODULE:FUNCTION",
+        help="a function of yours that steers the traffic: called with libsumo before each step",
+    )
+
+
+def permit_of(arguments: argparse.Namespace) -> "Permit":
+    """Return what was said of the traffic of the scenario, or of the run, that was named."""
+    from planner.futures.traffic import Permit
+
+    return Permit(tuple(arguments.allow), arguments.control)
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
@@ -112,6 +143,24 @@ def add_targets(parser: argparse.ArgumentParser, *, default: int | None = None) 
         default=default,
         metavar="N",
         help=f"number of fresh targets to fly against (default: {usual})",
+    )
+
+
+def add_methods(parser: argparse.ArgumentParser, *, what: str) -> None:
+    """Add methods beside those that a command has anyway.
+
+    Parameters
+    ----------
+    what
+        Is done with them.
+    """
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help=f"{what} with this method, such as a planner of your own, path.py:function; "
+        "repeatable",
     )
 
 

@@ -62,7 +62,7 @@ def run_experiment(arguments: argparse.Namespace) -> int:
 
 def chosen_experiment(arguments: argparse.Namespace, name: str) -> Experiment:
     """Return the experiment of a name or file, reduced by --quick and --only."""
-    chosen = read_experiment(name, STUDIES)
+    chosen = read_experiment(name, STUDIES).also_by(arguments.method)
     return (chosen.quick() if arguments.quick else chosen).only(arguments.only)
 
 

@@ -136,7 +136,7 @@ def write_call(call: "Call", file: Path, source: str) -> "OpenScenario":
     try:
         return open_scenario(file)
     except ScenarioError as error:
-        raise ScenarioError(source, [as_said(fault) for fault in error.faults]) from error
+        raise ScenarioError(source, [as_said(fault, call) for fault in error.faults]) from error
 
 
 def _metres(text: str) -> float:

@@ -8,7 +8,7 @@ from itertools import count as counted
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, path, share, span
+from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, share, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.interrupts import first_interrupt_asks
@@ -79,7 +79,8 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_no_run(run_folder)
     with ExitStack() as stack:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
-        opened, stored = open_run(run_folder)  # which no other command replaces now
+        # No other command replaces it now.
+        opened, stored = open_run(run_folder, permit_of(arguments))
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)

@@ -3,6 +3,7 @@
 import argparse
 
 from planner.cli.arguments import (
+    add_methods,
     add_objective,
     add_scenario,
     add_targets,
@@ -17,6 +18,7 @@ DETAILS = ""
 EXAMPLES = (
     ("compare grid5x5 -o methods.csv", "all methods, also as CSV"),
     ("compare grid5x5 --bound", "how far from the best plan?"),
+    ("compare grid5x5 --method mine.py:mine", "a planner of your own as well"),
     ("compare --instances -o runs/instances", "24 frozen problems"),
 )
 
@@ -40,6 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", type=path, metavar="FILE", help="write the table as CSV")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    add_methods(parser, what="also compare")
     add_objective(parser)
     add_targets(parser)
 

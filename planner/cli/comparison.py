@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from planner.cli.arguments import permit_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import (
@@ -29,7 +30,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.run_folder import PLAN, PROVENANCE, is_planned_on, open_run
 from planner.mission.trial import Trial
 from planner.report import paired, real_flight, run_files, sentences, tables
-from planner.search.methods import METHODS, Method
+from planner.search.methods import METHODS, Method, method_named
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +44,12 @@ class _Targets:
 def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Compare all methods on the same futures and the same fresh targets."""
     with ExitStack() as stack:
-        new = output_file(stack, arguments)
+        new, methods = output_file(stack, arguments), compared_methods(arguments)
         opened = opened_scenario(arguments, overrides)
         tell_belief(arguments)
         recording = planning_recorded(arguments, opened)
         targets = _Targets(recording, evaluation_recorded(arguments, opened))
-        tried = _tried(arguments, opened, targets)
+        tried = _tried(arguments, opened, methods, targets)
         stored, bounds = _stored(arguments, opened, targets)
         if arguments.bound:
             bounds = _computed(arguments, opened, targets, tried, bounds)
@@ -69,15 +70,25 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
 
 
 def _tried(
-    arguments: argparse.Namespace, opened: OpenScenario, targets: _Targets
+    arguments: argparse.Namespace,
+    opened: OpenScenario,
+    methods: Sequence[Method],
+    targets: _Targets,
 ) -> list[Trial | tables.MethodRow]:
     """Return the trial of each method, or the row that says why it cannot be used."""
     tried: list[Trial | tables.MethodRow] = []
     with progress_bar("methods") as progress:
-        for done, method in enumerate(METHODS):
-            progress(done, len(METHODS))
+        for done, method in enumerate(methods):
+            progress(done, len(methods))
             tried.append(_try(arguments, opened, method, targets))
     return tried
+
+
+def compared_methods(arguments: argparse.Namespace) -> list[Method]:
+    """Return the methods of a comparison: the user's own ones first, so that they fail soon."""
+    named = [method_named(name) for name in arguments.method]
+    own = {method.name: method for method in named if method.own is not None}
+    return [*own.values(), *METHODS]
 
 
 def _try(
@@ -108,7 +119,7 @@ def _stored(
     folder = Path(arguments.scenario).parent
     if Path(arguments.scenario).name != PROVENANCE or not (folder / PLAN).exists():
         return [], Bounds({})
-    of_run, stored = open_run(folder)
+    of_run, stored = open_run(folder, permit_of(arguments))
     same = of_run.scenario.as_dict() == opened.scenario.as_dict()
     if not same or not is_planned_on(folder, targets.planning):
         return [], Bounds({})

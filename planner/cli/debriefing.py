@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any
 
+from planner.cli.arguments import permit_of
 from planner.cli.printing import print_result
 from planner.cli.session import Drive, output_folder, recorded
 from planner.errors import InputError
@@ -36,13 +37,13 @@ def debriefed(arguments: argparse.Namespace) -> int:
     refuse_no_run(arguments.directory)
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
-        opened, stored = open_run(arguments.directory)
+        opened, stored = open_run(arguments.directory, permit_of(arguments))
         flight = _flight(arguments, opened, stored)
         at_s = _at_s(arguments, flight, stored)
         targets = _fresh(arguments, opened, stored)
         found = debrief(flight, stored, targets.futures)
         believed = _believed(arguments, opened, targets).futures
-        left = still_unseen(believed, flight.track, stored.sensor.radius_m, at_s)
+        left = still_unseen(believed, flight.track, stored.sensor, at_s)
         state = state_at(left, opened.network, at_s)
         roads = by_road(state, opened.network)
         if folder is not None:

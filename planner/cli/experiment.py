@@ -2,7 +2,8 @@
 
 import argparse
 
-from planner.cli.arguments import add_backend, count, path
+from planner.cli.arguments import add_backend, add_methods, count, path
+from planner.errors import InputError
 
 SUMMARY = "run all combinations of factors, methods and seeds"
 DETAILS = """\
@@ -39,6 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="only the first and last level of each factor, two seeds, few particles and targets",
     )
+    add_methods(parser, what="also plan")
     parser.add_argument(
         "--dry-run", action="store_true", help="list the conditions without running them"
     )
@@ -54,6 +56,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run an experiment or all experiments of the paper, or list their conditions."""
+    if arguments.experiment == PAPER and arguments.method:
+        raise InputError("--method: goes with one experiment, not with paper")
     if arguments.experiment == PAPER:
         from planner.cli.paper import run_paper
 

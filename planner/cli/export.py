@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path
+from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path, permit_of
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -139,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         names = formats.names_in(output)
         folder = new_files(stack, output, names, force=arguments.force)
-        opened, stored = open_run(arguments.directory)
+        opened, stored = open_run(arguments.directory, permit_of(arguments))
         flight = _flight(arguments, opened, stored)
         vehicle = _vehicle(arguments, flight)
         said = [*checks.faults(flight, most_waypoints=None if arguments.split else most)]

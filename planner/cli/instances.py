@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from planner.cli.comparison import compared_methods
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.detection.evaluation import Evaluation
@@ -17,7 +18,6 @@ from planner.files import written_whole
 from planner.locks import temporary_folder
 from planner.mission.recorder import Recorder
 from planner.report import experiment_tables
-from planner.search.methods import METHODS
 
 PAGE = "instances.md"
 
@@ -33,7 +33,8 @@ def compare_on_instances(arguments: argparse.Namespace) -> int:
     if arguments.scenario is not None:
         raise InputError(f"--instances: brings its own scenarios; leave {arguments.scenario} out")
     instances = read_instances(instances_path())
-    conditions = {(one.name, m.name): one.condition(m.name) for one in instances for m in METHODS}
+    methods = compared_methods(arguments)
+    conditions = {(one.name, m.name): one.condition(m) for one in instances for m in methods}
     with ExitStack() as stack:
         folder = arguments.output or Path(stack.enter_context(temporary_folder()))
         known = _known(instances, arguments.jobs)

@@ -20,7 +20,7 @@ from planner.progress import Progress
 
 if TYPE_CHECKING:
     from planner.mission.call import Call
-    from planner.mission.now_events import Event
+    from planner.mission.now_events import Cloud, Event, FirstPlan
 
 SUMMARY = "plan a call in words while the clock runs"
 DETAILS = (
@@ -74,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder, names = arguments.output, (*RUN, FILE)
     with ExitStack() as stack:
         stack.enter_context(alone_in(folder))
+        stack.callback(_settle, folder)
         earlier = (*names, *names_in_run(folder))
         with results_written_whole(folder, earlier, force=arguments.force) as new:
             call_arguments.write_call(call, new / FILE, arguments.net)
@@ -144,22 +145,61 @@ def _key_pressed() -> Iterator[Callable[[], bool]]:
 
 
 class _Files:
-    """Writes each plan's files, all of them or none."""
+    """Writes what comes: the page of the guess, then each plan's files, all of them or none.
+
+    While better ones may come, an open page looks for them; a program is told of them instead.
+    """
 
     def __init__(self, arguments: argparse.Namespace, names: tuple[str, ...]) -> None:
-        self._arguments, self._names = arguments, names
+        self._arguments, self._names, self._folder = arguments, names, arguments.output
 
     def __call__(self, event: "Event") -> None:
+        from planner.mission import now_events as now
+
+        if isinstance(event, now.FirstPlan):
+            self._write_plan(event)
+        elif isinstance(event, now.Cloud):
+            self._write_guess(event)
+
+    def _write_guess(self, event: "Cloud") -> None:
+        from planner.files import written_whole
+        from planner.mission.run_folder import PAGE
+        from planner.page.guess import page_of_guess
+
+        if event.guess is not None:
+            with written_whole(self._folder / PAGE) as new:
+                text = self._reloading(page_of_guess(event.opened, event.guess))
+                new.write_text(text, encoding="utf-8", newline="\n")
+
+    def _write_plan(self, event: "FirstPlan") -> None:
         from planner.cli.planning import write_event
         from planner.files import results_written_whole
-        from planner.mission.now_events import FirstPlan
+        from planner.mission.run_folder import PAGE
         from planner.scenario.source import FILE
 
-        if isinstance(event, FirstPlan):
-            folder = self._arguments.output
-            with results_written_whole(folder, self._names, force=True) as new:
-                (new / FILE).write_text(event.call.text(), encoding="utf-8")
-                write_event(new, self._arguments, event)
+        with results_written_whole(self._folder, self._names, force=True) as new:
+            (new / FILE).write_text(event.call.text(), encoding="utf-8")
+            write_event(new, self._arguments, event)
+            text = (new / PAGE).read_text(encoding="utf-8")
+            (new / PAGE).write_text(self._reloading(text), encoding="utf-8", newline="\n")
+
+    def _reloading(self, text: str) -> str:
+        from planner.page.document import reloading
+
+        return text if self._arguments.events else reloading(text)
+
+
+def _settle(folder: Path) -> None:
+    """Have a page of a folder, if there is one, no longer look for a better one."""
+    from planner.files import written_whole
+    from planner.mission.run_folder import PAGE
+    from planner.page.document import settled
+
+    with suppress(FileNotFoundError):
+        text = (folder / PAGE).read_text(encoding="utf-8")
+        if settled(text) != text:
+            with written_whole(folder / PAGE) as new:
+                new.write_text(settled(text), encoding="utf-8", newline="\n")
 
 
 class _Shown:
@@ -174,12 +214,21 @@ class _Shown:
         self._out.print(text, soft_wrap=True)
 
     def __call__(self, event: "Event") -> None:
+        from planner.export.formats import names_in_run
+        from planner.mission import now_events as now
+        from planner.mission.run_folder import PAGE
         from planner.report import call_screen
 
         text, screen = _said(event)
         self._say(call_screen.beside(call_screen.since(event.elapsed_s), text))
+        if isinstance(event, now.Cloud) and event.guess is not None:
+            self._say(f"        to look at, in a browser: {self._folder / PAGE}")
         if screen:
             self._screen(screen)
+        exported = (self._folder / name for name in names_in_run(self._folder))
+        if isinstance(event, now.BetterPlan) and any(file.exists() for file in exported):
+            self._say("        the flight that was exported is of an earlier plan; export again:")
+            self._say(f"        planner export {self._folder} --force")
 
     def _screen(self, lines: Iterable[str]) -> None:
         for line in lines:

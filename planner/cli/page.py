@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, path
+from planner.cli.arguments import add_jobs, add_run, path, permit_of
 from planner.cli.printing import print_result
 from planner.search.methods import METHODS, method_named
 
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_no_run(folder)
     with ExitStack() as stack:
         new = output_file(stack, arguments) or stack.enter_context(written_whole(folder / PAGE))
-        opened, stored = open_run(folder)
+        opened, stored = open_run(folder, permit_of(arguments))
         new.write_text(page(_shown(arguments, opened, stored)), encoding="utf-8", newline="\n")
     written = arguments.output or folder / PAGE
     print_result(arguments, {"page": str(written)}, [f"written to {written}"])

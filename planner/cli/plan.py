@@ -47,7 +47,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--method",
         default="best",
         metavar="NAME",
-        help="planning method, see below (default: %(default)s)",
+        help="planning method, see below, or a planner of your own as path.py:function "
+        "(default: %(default)s)",
     )
     parser.add_argument(
         "--free",

@@ -108,6 +108,8 @@ class _Found(_Planned):
         )
         if self.parent:
             content["parent"] = dict(self.parent)
+        if self.trial.own is not None:
+            content["planner"] = self.trial.own.as_dict()
         if self.timing:
             content["evaluated"]["timing"] = timing_content(self.timing)
         return content

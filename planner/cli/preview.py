@@ -57,7 +57,7 @@ def show_first_plan(
 def _someone_waits(arguments: argparse.Namespace, driving: Driving) -> bool:
     """Return whether a person looks at a terminal while targets are driven one by one."""
     is_seen = sys.stdout is not None and sys.stdout.isatty() and not arguments.json
-    return is_seen and driving == "free"
+    return is_seen and driving != "constant"
 
 
 def flight_table(plan: Plan, opened: OpenScenario) -> FittingTable:

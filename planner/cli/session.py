@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.belief.particles import Driving
-from planner.cli.arguments import scenario_overrides
+from planner.cli.arguments import permit_of, scenario_overrides
 from planner.cli.backends import backend_of, recorder_of
 from planner.cli.progress import progress_bar
 from planner.clock import rough
@@ -35,7 +35,12 @@ def opened_scenario(arguments: argparse.Namespace, overrides: Sequence[str] = ()
     """Return the scenario that was named, changed by its own options and by further overrides."""
     backend_of(arguments)  # at fault, it is said before a net is read
     overrides = [*scenario_overrides(arguments), *overrides]
-    return open_scenario(arguments.scenario, preset=arguments.preset, overrides=overrides)
+    return open_scenario(
+        arguments.scenario,
+        preset=arguments.preset,
+        overrides=overrides,
+        permit=permit_of(arguments),
+    )
 
 
 def futures_of_run(arguments: argparse.Namespace) -> OwnFutures | None:

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, moment
+from planner.cli.arguments import add_jobs, add_run, count, moment, permit_of
 from planner.cli.printing import print_result
 from planner.clock import clock
 from planner.errors import InputError
@@ -84,7 +84,7 @@ def _write(arguments: argparse.Namespace) -> int:
 
     with ExitStack() as stack:
         folder = new_files(stack, arguments.directory, GUI, force=True)
-        opened, stored = open_run(arguments.directory)
+        opened, stored = open_run(arguments.directory, permit_of(arguments))
         write_for_gui(folder, stored.plan, opened.network, opened.airspace)
     written = arguments.directory / CONFIG
     print_result(arguments, {"config": str(written)}, [f"written; sumo-gui -c {written} shows it"])
@@ -102,7 +102,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
     refuse_no_display()
     folder: Path = arguments.directory
-    opened, stored = open_run(folder)
+    opened, stored = open_run(folder, permit_of(arguments))
     times = _shown(arguments, opened, stored)
     futures = particles_of_run(arguments, opened).futures
     scene = Scene.of(stored, futures, opened.network, most=arguments.particles)

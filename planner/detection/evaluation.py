@@ -1,4 +1,7 @@
-"""What a search achieves: the one place where its figures are derived from seen times."""
+"""What a search achieves: the one place where its figures are derived.
+
+They come from seen times, or, where a sensor may miss, from how probably each target is unseen.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,22 +11,28 @@ import numpy as np
 from planner.arrays import Flags, Floats, Frozen, freeze
 from planner.checked import same_length, weights
 from planner.detection.objective import Objective
+from planner.detection.survival import Survival
 from planner.errors import InputError
 from planner.intervals import half_width, share_interval
+
+MOMENTS = 1000  # of a curve that has no steps
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluation(Frozen):
-    """When each target is first seen, and all that follows from it.
+    """When each target is first seen, or how probably by when, and all that follows from it.
 
     Weights sum to the probability that a target is there at all; with the rest of the
     probability there is none, which is never found and costs the horizon.
     """
 
-    seen_at: Floats  # (N,) seconds on the target's clock, inf: never
+    # (N,) seconds on the target's clock, inf: never; where it may be missed the median: from
+    # then on it is more likely found than not
+    seen_at: Floats
     weight: Floats  # (N,) probability
     end_s: Floats  # (N,) seconds, when the target reaches its goal; -inf: never sets out
     objective: Objective
+    survival: Survival | None = None  # where a sensor may miss; None: whoever is seen is found
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
@@ -31,19 +40,55 @@ class Evaluation(Frozen):
         weights("weight", self.weight)
         if np.isnan(self.seen_at).any():
             raise InputError("seen_at: holds NaN; infinity stands for never")
+        if self.survival is not None:
+            same_length(weight=self.weight, survival=self.survival.first[1:])
+
+    @classmethod
+    def of_survival(
+        cls, survival: Survival, weight: Floats, end_s: Floats, objective: Objective
+    ) -> "Evaluation":
+        """Return what a search achieves under which each target survives unseen like this."""
+        return cls(survival.falls_to(0.5), weight, end_s, objective, survival)
+
+    def of_those(self, which: Flags, scale: float = 1.0) -> "Evaluation":
+        """Return what it achieves with some of the targets, (N,), their weights scaled."""
+        return Evaluation(
+            self.seen_at[which],
+            self.weight[which] * scale,
+            self.end_s[which],
+            self.objective,
+            self.survival and self.survival.of_those(which),
+        )
 
     @cached_property
     def time_s(self) -> Floats:
-        """What each target counts as: min(seen time, horizon), (N,) seconds.
+        """What each target counts as: E[min(time seen, horizon)], (N,) seconds.
 
         The horizon takes infinity's place.
         """
+        if self.survival is not None:
+            return self.survival.lasts_s(self.objective.horizon_s)
         return np.minimum(self.seen_at, self.objective.horizon_s)
 
     @cached_property
     def found(self) -> Flags:
-        """Which targets are found by the horizon, (N,)."""
+        """Which targets are found by the horizon, or more likely so than not, (N,)."""
         return np.asarray(self.seen_at <= self.objective.horizon_s)
+
+    def found_by(self, time_s: Floats | float) -> Floats | Flags:
+        """Return how probably each target is found by a time, its own or one for all, (N,)."""
+        if self.survival is not None:
+            return 1.0 - self.survival.at(np.minimum(time_s, self.objective.horizon_s))
+        return np.asarray(self.found & (self.seen_at <= time_s))
+
+    @cached_property
+    def reward(self) -> Floats:
+        """What the search is worth with each target, by the objective, (N,)."""
+        if self.survival is None:
+            return self.objective.reward(self.seen_at)
+        if self.objective.by_s is None:
+            return self.objective.horizon_s - self.time_s
+        return np.asarray(self.found_by(self.objective.by_s), dtype=np.float64)
 
     @property
     def absent_probability(self) -> float:
@@ -68,18 +113,20 @@ class Evaluation(Frozen):
     @property
     def detection_probability(self) -> float:
         """Probability that the target is there and found by the horizon."""
-        return self._probability(self.found)
+        return self._probability(self.found_by(self.objective.horizon_s))
 
     def found_by_probability(self, time_s: float) -> float:
         """Return the probability that the target is there and found by a time, seconds."""
-        return self._probability(self.found & (self.seen_at <= time_s))
+        return self._probability(self.found_by(time_s))
 
     @property
     def found_before_goal_probability(self) -> float:
         """Probability that it is found strictly before it reaches its goal (Section 5)."""
+        if self.survival is not None:  # no single moment counts
+            return self._probability(self.found_by(self.end_s))
         return self._probability(self.found & (self.seen_at < self.end_s))
 
-    def _probability(self, which: Flags) -> float:
+    def _probability(self, which: Floats | Flags) -> float:
         return min(1.0, float(self.weight @ which))  # a thousand thousandths may sum to more
 
     @property
@@ -130,8 +177,12 @@ class Evaluation(Frozen):
         """Return the detection curve: rising times (M,), seconds, and the probability by each.
 
         The probability of having found the target jumps at these times and is constant between
-        them; before the first it is zero.
+        them; before the first it is zero. Where it may be missed, it rises steadily, and these are
+        so many times up to the horizon.
         """
+        if self.survival is not None:
+            times = np.linspace(0.0, self.objective.horizon_s, MOMENTS + 1)[1:]
+            return times, self.survival.found_by(self.weight, times)
         times, which = np.unique(self.seen_at[self.found], return_inverse=True)
         steps = np.bincount(which, weights=self.weight[self.found], minlength=len(times))
         return times, np.cumsum(steps)

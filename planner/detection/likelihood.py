@@ -4,9 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner.arrays import Floats
-from planner.detection.first_detection import first_detection
 from planner.errors import InputError
-from planner.flight.track import Track
 from planner.futures.futures import Futures
 
 ROUNDING = 1e-9  # by which probabilities that sum to one may miss it
@@ -39,12 +37,6 @@ def nearness(
     if sd_m is None:
         return np.asarray(away_m <= (radius_m or 0.0), dtype=np.float64)
     return np.asarray(np.exp(-0.5 * (away_m / sd_m) ** 2))
-
-
-def missed(futures: Futures, track: Track, radius_m: float, detects: float) -> Floats:
-    """Return the probability that a flight has not seen each particle, (N,)."""
-    seen = np.isfinite(first_detection(futures, track, radius_m))
-    return np.where(seen, 1.0 - detects, 1.0)
 
 
 def posterior(futures: Futures, likelihood: Floats, absent: Floats) -> Floats:

@@ -30,6 +30,6 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
         apart = ((1.0 - share) * other.time_s - one.time_s) / other_s
     else:
         share = one.found_by_probability(by_s) - other.found_by_probability(by_s)
-        apart = one.objective.reward(one.seen_at) - other.objective.reward(other.seen_at)
+        apart = one.reward - other.reward
     half = half_width(apart, one.weight)
     return Ahead(share, share - half, share + half)

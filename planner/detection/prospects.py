@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Flags, Floats
+from planner.arrays import Flags
 from planner.detection.chase import chased_alone
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
@@ -51,15 +51,13 @@ def gone_by(futures: Futures, time_s: float) -> float:
     return float(futures.weight @ _left(futures, time_s))
 
 
-def left_unseen(futures: Futures, seen_at: Floats, time_s: float) -> float:
-    """Return the probability that the target has left the map before a time, and unseen.
-
-    Parameters
-    ----------
-    seen_at
-        When each particle is seen, (N,) seconds.
-    """
-    return float(futures.weight @ (_left(futures, time_s) & (seen_at > futures.end_s)))
+def left_unseen(futures: Futures, evaluated: Evaluation, time_s: float) -> float:
+    """Return the probability that the target has left the map before a time, and unseen."""
+    if evaluated.survival is not None:
+        unseen = evaluated.survival.at(futures.end_s)
+    else:
+        unseen = (evaluated.seen_at > futures.end_s).astype(np.float64)
+    return float(futures.weight @ (_left(futures, time_s) * unseen))
 
 
 def _left(futures: Futures, time_s: float) -> Flags:

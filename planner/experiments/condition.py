@@ -14,6 +14,8 @@ from planner.experiments.target_set import TargetSet
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.draft import read_draft
+from planner.search.methods import Method, method_named, method_of
+from planner.search.own import OwnPlanner
 
 OF_NET = "network"  # begins the keys that decide on the network
 ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
@@ -31,6 +33,7 @@ class Condition:
     targets: int = FRESH_TARGETS  # fresh ones on which the plan is evaluated
     sets: tuple[TargetSet, ...] = ()  # of enumerated targets that it meets as well
     study: str = ""  # what is done in place of making a plan
+    own: OwnPlanner | None = None  # the user's, that the method is; None: the program's own
     # Where the scenario lies here; elsewhere it is still the same condition.
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
@@ -51,6 +54,11 @@ class Condition:
         """All overrides, the seed's among them."""
         return (*self.overrides, f"search.seed={self.seed}")
 
+    @property
+    def planned_by(self) -> Method:
+        """The method that plans."""
+        return method_named(self.method) if self.own is None else method_of(self.own)
+
     def opened(self, more: Sequence[str] = ()) -> OpenScenario:
         """Return the scenario of the condition, open, with more overrides applied after its own."""
         overrides = (*self.settings, *more)
@@ -67,6 +75,7 @@ class Condition:
             "targets": self.targets,
             **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
             **({"study": self.study} if self.study else {}),
+            **({} if self.own is None else {"planner": self.own.as_dict()}),
         }
 
 

@@ -20,7 +20,6 @@ from planner.network.read import open_network
 from planner.network.road_network import RoadNetwork
 from planner.scenario.draft import read_scenario
 from planner.scenario.sections import Scenario
-from planner.search.methods import method_named
 
 # Measured on one core of an ordinary server; another machine may take twice or half as long.
 LEG_S = 8e-6  # for a search to fly one simulated leg
@@ -77,7 +76,7 @@ def duration_of(waiting: Sequence[Condition], known: Mapping[str, float]) -> Dur
             driven.add(condition, scenario)
         if kind in known:
             work_s, timed = work_s + known[kind], timed + 1
-        elif condition.study or not method_named(condition.method).is_sized:
+        elif condition.study or not condition.planned_by.is_sized:
             unknown[kind] = None
         else:
             planning_s = _planning_s(condition, scenario) if scenario else 0.0
@@ -99,7 +98,7 @@ def known_times(finished: Iterable[tuple[Condition, Mapping[str, Any]]]) -> dict
 
 
 def _planning_s(condition: Condition, scenario: Scenario) -> float:
-    if not method_named(condition.method).stops:
+    if not condition.planned_by.stops:
         return 0.0  # its legs are few beside those of a search that uses up its budget
     return LEG_S * scenario.search.work
 
@@ -140,7 +139,7 @@ class _Driven:
         known = partial(cost_of, network, driving=scenario.target.driving, horizon_s=horizon_s)
         true = partial(cost_of, network, driving=scenario.truth.driving, horizon_s=horizon_s)
         if search.sampling != "all":  # those are few
-            method = method_named(condition.method)
+            method = condition.planned_by
             self._costs[f"{planned} planning"] = known(search.particles)
             if method.chooses:
                 self._costs[f"{planned} holdout"] = known(holdout_particles(scenario, network))

@@ -13,7 +13,7 @@ from planner.experiments.target_set import TargetSet
 from planner.messages import as_written, suggestion
 from planner.scenario.draft import read_draft
 from planner.scenario.toml_text import toml_text
-from planner.search.methods import METHODS
+from planner.search.methods import METHODS, Method, method_named
 
 METHOD, SEED, BLOCK = "method", "seed", "block"
 PARTICLES = "search.particles"
@@ -59,6 +59,23 @@ class Experiment:
             fixed=(*self.fixed, *QUICK),
             sets=tuple(replace(one, points=min(one.points, QUICK_POINTS)) for one in self.sets),
         )
+
+    def also_by(self, names: Sequence[str]) -> "Experiment":
+        """Return it with more methods that plan for each condition, beside those it has.
+
+        Raises
+        ------
+        InputError
+            If there is no such method, or nothing is planned.
+        """
+        if self.study and names:
+            raise InputError(f"--method {names[0]}: {self.path.stem} makes no plans; leave it out")
+        return _together([part._also_by(names) for part in self.parts])
+
+    def _also_by(self, names: Sequence[str]) -> "Experiment":
+        known = tuple(self.factors.get(METHOD, (METHODS[0].name,)))
+        levels = dict.fromkeys((*known, *(_from_here(name) for name in names)))
+        return replace(self, factors={**self.factors, METHOD: tuple(levels)}) if names else self
 
     def only(self, choices: Sequence[str]) -> "Experiment":
         """Return the part in which factors, or the seed, have the levels chosen as key=value.
@@ -120,10 +137,12 @@ class Experiment:
 
     def _combined(self, keys: Sequence[str]) -> Iterator[Condition]:
         named = {BLOCK: self.block} if self.block else {}
+        methods = self._methods()
         as_it_is = self._unvaried([key for key in keys if key not in self.factors])
         for combination in itertools.product(*self.factors.values()):
             levels = dict(zip(self.factors, combination, strict=True))
-            method = levels.pop(METHOD, self.study or METHODS[0].name)
+            level = levels.pop(METHOD, self.study or METHODS[0].name)
+            method = methods.get(level)
             overrides = (*self.fixed, *(f"{k}={toml_text(v)}" for k, v in levels.items()))
             every = {**named, **{key: levels.get(key, as_it_is.get(key)) for key in keys}}
             for seed in self.seeds:
@@ -131,15 +150,23 @@ class Experiment:
                     scenario=self.scenario,
                     preset=self.preset,
                     overrides=overrides,
-                    method=method,
+                    method=level if method is None else method.name,
                     seed=seed,
                     targets=self.targets,
                     sets=self.sets,
                     study=self.study,
+                    own=None if method is None else method.own,
                     place=self.place,
                     levels=every,
                     metrics=self.metrics,
                 )
+
+    def _methods(self) -> dict[str, Method]:
+        """Return the methods that plan, by the levels that name them."""
+        if self.study:
+            return {}
+        named = self.factors.get(METHOD, (METHODS[0].name,))
+        return {name: method_named(name, self.path.parent) for name in named}
 
     def _unvaried(self, keys: Sequence[str]) -> dict[str, Any]:
         """Return what the scenario has where this block does not vary it."""
@@ -147,6 +174,12 @@ class Experiment:
             return {}
         draft = read_draft(self.place, preset=self.preset, overrides=self.fixed)
         return {key: _value(draft, key) for key in keys}
+
+
+def _from_here(name: str) -> str:
+    """Return a method's name; the path of a user's own begins from where it was typed."""
+    own = method_named(name).own
+    return name if own is None else f"{own.path.resolve()}:{own.function}"
 
 
 def _together(parts: Sequence[Experiment]) -> Experiment:

@@ -271,13 +271,13 @@ def _factors(path: Path, table: Table, *, needed: bool) -> dict[str, Sequence[An
         remedy = 'write [factors] and below it "dotted.key" = [level, level]'
         raise InputError(f"{path}: factors: is missing; {remedy}")
     for key, levels in table.items():
-        fault = _fault_of(key, levels)
+        fault = _fault_of(key, levels, path.parent)
         if fault:
             raise InputError(f"{path}: factors.{key}: {fault}")
     return {key: tuple(levels) for key, levels in table.items()}
 
 
-def _fault_of(key: str, levels: Any) -> str | None:
+def _fault_of(key: str, levels: Any, folder: Path) -> str | None:
     if isinstance(levels, dict):
         whole = f'"{key}.{next(iter(levels), "key")}"'
         return f"should be a list of levels; write the whole key in quotes, as {whole} = [...]"
@@ -289,7 +289,7 @@ def _fault_of(key: str, levels: Any) -> str | None:
         try:
             toml_text(level)
             if key == METHOD:
-                method_named(level)
+                method_named(level, folder)
         except ValueError as error:
             return f"{level}: {error}"
     if key == "search.seed":

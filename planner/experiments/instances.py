@@ -22,6 +22,7 @@ from planner.mission.recorder import problem_of
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.source import scenario_path
 from planner.scenario.toml_text import toml_text
+from planner.search.methods import Method
 from planner.search.plan import plan_of_legs
 from planner.search.stop import WorkDone
 
@@ -59,13 +60,14 @@ class Instance:
     plan: tuple[str, ...]  # names of roads in the order flown
     bound: "Bound | None" = None
 
-    def condition(self, method: str) -> Condition:
+    def condition(self, method: Method) -> Condition:
         """Return the condition in which a method plans for this instance."""
         return Condition(
             scenario=self.scenario,
             preset=None,
             overrides=self.overrides,
-            method=method,
+            method=method.name,
+            own=method.own,
             seed=self.seed,
             targets=FRESH_TARGETS,
             place=scenario_path(self.scenario),

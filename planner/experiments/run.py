@@ -19,7 +19,6 @@ from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, needs_holdout
 from planner.progress import Progress
-from planner.search.methods import method_named
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]
 
@@ -135,7 +134,7 @@ def _record_shared(waiting: Sequence[Condition], workers: int, progress: Progres
         with contextlib.suppress(PlannerError):
             if condition.study:
                 continue
-            opened, method = condition.opened(), method_named(condition.method)
+            opened, method = condition.opened(), condition.planned_by
             holdout = needs_holdout(method, opened)
             key = _shared(opened, condition, holdout=holdout)
             if key in recorded:

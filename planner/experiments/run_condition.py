@@ -14,7 +14,6 @@ from planner.experiments.target_sets import figures_on
 from planner.mission.recorder import Recorder, needs_holdout, problem_of
 from planner.mission.trial import Trial, try_method
 from planner.provenance import versions
-from planner.search.methods import method_named
 
 log = logging.getLogger(__name__)
 
@@ -77,7 +76,7 @@ def _versions() -> str:
 
 
 def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
-    method = method_named(condition.method)
+    method = condition.planned_by
     opened = condition.opened()
     recorder = Recorder(opened, 1)
     holdout = recorder.holdout().futures if needs_holdout(method, opened) else None

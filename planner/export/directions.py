@@ -1,19 +1,19 @@
 """A flight by hand in the words of a pilot: along which street, from where to where, how far."""
 
 from math import atan2, degrees
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner import compass
 from planner.arrays import Floats
 from planner.clock import clock
 from planner.export.way import Way
 from planner.network.georeference import grid_convergence_deg
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import street_names
+from planner.network.street_names import crossed
 
 AT_M = 60.0  # from a place is the crossing that names it
-WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 
 HEADING = f"{'begins':>8}{'length':>9}  bearing"
 
@@ -30,7 +30,7 @@ class Direction(NamedTuple):
     def line(self) -> str:
         """It in one line, below `HEADING`."""
         bearing = round(self.bearing_deg) % 360
-        wind = WINDS[round(bearing / 45.0) % len(WINDS)]
+        wind = compass.letters(bearing, 8)
         far = f"{self.length_m:>7,.0f} m  {bearing:03d} {wind:<2}"
         return f"{clock(self.begins_s):>8}{far}  {self.phrase}"
 
@@ -45,15 +45,13 @@ def directions(network: RoadNetwork, way: Way, leaves_s: Floats) -> list[Directi
     leaves_s
         (W,) seconds on the target's clock.
     """
-    from scipy.spatial import KDTree
-
     at_home = np.flatnonzero(np.all(way.xy_m == way.xy_m[0], axis=1)).tolist()
-    nodes, found = KDTree(network.node_xy_m), []
+    found = []
     for a, b in way.legs:
         east_m, north_m = (way.xy_m[b] - way.xy_m[a]).tolist()
         north_deg = float(grid_convergence_deg(network, way.xy_m[a]))
         street = way.streets[b - 1]
-        names = [_crossed(network, nodes, place, street) for place in way.xy_m[[a, b]]]
+        names = [crossed(network, place, street, AT_M) for place in way.xy_m[[a, b]]]
         length_m = float(np.hypot(*np.diff(way.xy_m[a : b + 1], axis=0).T).sum())
         bearing_deg = (degrees(atan2(east_m, north_m)) + north_deg) % 360.0
         phrase = _phrase(street, *names, home=not street and b in at_home)
@@ -68,12 +66,3 @@ def _phrase(street: str, start: str, end: str, *, home: bool) -> str:
         return f"straight to {end}" if end else "straight on"
     begins = f", from {start}" if start else ""
     return f"{street}{begins}{f' towards {end}' if end and end != start else ''}"
-
-
-def _crossed(network: RoadNetwork, nodes: Any, place: Floats, street: str) -> str:
-    """Return the street that crosses one at a place; of no street, all that meet there."""
-    away_m, node = nodes.query(place)
-    others = [name for name in street_names(network).node[int(node)] if name != street]
-    if away_m > AT_M or not others:
-        return ""
-    return others[0] if street else " / ".join(others[:2])

@@ -46,7 +46,8 @@ def may_be_cut(recipe: Recipe, network: RoadNetwork) -> TypeGuard[Drawn]:
     """Return whether a recording, or one with more particles or a later horizon, can be cut."""
     if not isinstance(recipe, Drawn) or recipe.sampling == "all":
         return False
-    return in_town(recipe.prior, network)
+    # In traffic particles meet: whom each meets depends on how many there are.
+    return recipe.prior.driving != "traffic" and in_town(recipe.prior, network)
 
 
 def sized_name(family: str, recipe: Drawn, key: str) -> str:

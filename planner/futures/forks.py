@@ -9,6 +9,7 @@ from typing import NoReturn
 
 CAN_FORK = hasattr(os, "fork")
 CHUNK = 1 << 20  # bytes read from a fork at once
+ENDED = "the program that asked has ended"
 
 
 def answer_of_fork(work: Callable[[], bytes]) -> tuple[bytes, int]:
@@ -34,6 +35,20 @@ def answer_of_fork(work: Callable[[], bytes]) -> tuple[bytes, int]:
         os.close(readable)
         status = os.waitpid(child, 0)[1]
     return b"".join(parts), os.waitstatus_to_exitcode(status)
+
+
+def refuse_to_outlive() -> None:
+    """Go on only while the program that has started this process is there.
+
+    Raises
+    ------
+    EOFError
+        If it has ended.
+    """
+    waiting = select.poll()
+    waiting.register(sys.stdin.fileno(), 0)  # says only when the other end is closed
+    if waiting.poll(0):
+        raise EOFError(ENDED)
 
 
 def told_end(code: int) -> str:
@@ -66,4 +81,4 @@ def _read_all(readable: int) -> Iterator[bytes]:
                 return
             yield part
         elif ready:
-            raise EOFError("the program that asked has ended")
+            raise EOFError(ENDED)

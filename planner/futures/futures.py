@@ -10,6 +10,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze, rows_ta
 from planner.checked import instance, offsets, same_length, weights
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
+from planner.futures.fates import Fates
 
 
 class Pieces(NamedTuple):
@@ -67,6 +68,7 @@ class Futures(Frozen):
     target: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     # which edge each particle is on; left out: nothing is known of that
     edges: EdgesDriven = field(default_factory=lambda: EdgesDriven.unknown(0))
+    fates: Fates | None = None  # what became of each in traffic; None: none was recorded in any
 
     def __post_init__(self) -> None:
         if len(self.target) == 0:
@@ -88,6 +90,9 @@ class Futures(Frozen):
         offsets("first_knot", self.first_knot, particles, knots)
         weights("weight", self.weight)
         instance("edges", self.edges, EdgesDriven)
+        if self.fates is not None:
+            instance("fates", self.fates, Fates)
+            same_length(weight=self.weight, **self.fates.columns)
         changes = len(self.edges.time_s)
         offsets("edges.first_change", self.edges.first_change, particles, changes)
         self._refuse_bad_knots()
@@ -157,6 +162,7 @@ class Futures(Frozen):
             gone=self.gone[index],
             target=self.target[index],
             edges=self.edges.take(index),
+            fates=None if self.fates is None else self.fates.take(index),
         )
 
     def reweighted(self, weight: Floats) -> "Futures":

@@ -9,12 +9,15 @@ import numpy as np
 from planner.arrays import Offsets, first_rows
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
+from planner.futures.fates import COLUMNS as FATE_COLUMNS
+from planner.futures.fates import Fates
 from planner.futures.futures import Futures
 from planner.npz import read_columns, write_columns
 
 KNOTS = ("time_s", "x_m", "y_m", "first_knot")
 CHANGES = ("first_change", "time_s", "edge")
 EDGES = "edges_"  # begins the names of the columns of changes
+FATES = "fates_"  # and of those of fates, where particles rode in traffic
 COLUMNS = ("particles", *KNOTS, *(EDGES + name for name in CHANGES))
 
 
@@ -61,6 +64,8 @@ class Kept:
         if self._folder is not None:
             columns = {name: getattr(part, name) for name in KNOTS}
             columns |= {EDGES + name: getattr(part.edges, name) for name in CHANGES}
+            if part.fates is not None:
+                columns |= {FATES + name: column for name, column in part.fates.columns.items()}
             path = self._folder / f"{particles.min()}.npz"
             write_columns(path, {"particles": particles, **columns})
 
@@ -85,6 +90,7 @@ def joined(parts: Sequence[Futures]) -> Futures:
         weight=np.full(len(counts), 1.0 / len(counts)),
         gone=np.zeros(len(counts), dtype=bool),
         edges=EdgesDriven.joined([part.edges for part in parts]),
+        fates=Fates.joined([part.fates for part in parts]),
     )
 
 
@@ -101,12 +107,19 @@ def _read_part(path: Path) -> tuple[Offsets, Futures] | None:
     """Return some particles and their futures; None where the file is damaged."""
     columns = read_columns(path, COLUMNS)
     try:
-        return None if columns is None else _part(columns)
+        return None if columns is None else _part(columns, _fates(path))
     except (ValueError, InputError):
         return None
 
 
-def _part(columns: Mapping[str, Any]) -> tuple[Offsets, Futures]:
+def _fates(path: Path) -> Fates | None:
+    columns = read_columns(path, [FATES + name for name in FATE_COLUMNS])
+    if columns is None:
+        return None
+    return Fates(**{name: columns[FATES + name] for name in FATE_COLUMNS})
+
+
+def _part(columns: Mapping[str, Any], fates: Fates | None) -> tuple[Offsets, Futures]:
     particles = columns["particles"]
     changes = [columns[EDGES + name] for name in CHANGES]
     return particles, Futures(
@@ -114,4 +127,5 @@ def _part(columns: Mapping[str, Any]) -> tuple[Offsets, Futures]:
         weight=np.full(len(particles), 1.0 / len(particles)),
         gone=np.zeros(len(particles), dtype=bool),
         edges=EdgesDriven(*changes),
+        fates=fates,
     )

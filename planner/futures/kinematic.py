@@ -92,7 +92,7 @@ def kinematic_futures(
         particles.flees_s,
         particles.flees,
     )
-    free = particles.driving == "free"
+    free = particles.driving != "constant"
     roads = _roads(network, signals, free=free)
     driver = Driver(*astuple(calibration or Calibration())) if free else CONSTANT
     scene = Scene(roads, cars, driver, horizon_s)

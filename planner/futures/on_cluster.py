@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from planner.errors import InputError, LostError
 from planner.futures.cluster import Cluster
 from planner.futures.store import PACKAGE, made_by
-from planner.futures.workers import cores, dismiss_idle, in_processes
+from planner.futures.workers import cores, dismiss_idle, in_parts
 from planner.network.sumo import sumo_version
 
 Task = TypeVar("Task")
@@ -63,8 +63,10 @@ class OnCluster:
         *,
         workers: int,
         files: Mapping[Path, str],
-    ) -> Iterator[Answer]:
-        """Yield what a function returns for each task, in the tasks' order.
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield what a function returns or yields for each task, after the task's number.
+
+        Tasks come in their order, all parts of an answer at once.
 
         Raises
         ------
@@ -84,10 +86,11 @@ class OnCluster:
             for n, task in enumerate(tasks)
         )
         try:
-            while flying:
-                answer: Answer = self._awaited(client, flying[0])
+            for number in range(len(tasks)):
+                parts = self._awaited(client, flying[0])
                 flying.popleft().release()
-                yield answer
+                for part in parts:
+                    yield number, part
         finally:
             if flying and client.status == "running":  # a closed one would wait for ever
                 with suppress(OSError):
@@ -136,8 +139,10 @@ def _has_workers(client: Any) -> bool:
 # What is called on a Dask worker
 
 
-def done_there(packed: bytes, identity: tuple[str, ...], files: tuple[tuple[str, str], ...]) -> Any:
-    """Return the answer to a task from a process of this machine, whose program and files fit.
+def done_there(
+    packed: bytes, identity: tuple[str, ...], files: tuple[tuple[str, str], ...]
+) -> list[Any]:
+    """Return the parts of a task's answer from a process of this machine, if program and files fit.
 
     Raises
     ------
@@ -158,10 +163,9 @@ def done_there(packed: bytes, identity: tuple[str, ...], files: tuple[tuple[str,
         return known is not None and known.state != "cancelled"
 
     try:
-        (answer,) = in_processes(function, [task], workers=1, wanted=wanted)
+        return [part for _, part in in_parts(function, [task], workers=1, wanted=wanted)]
     finally:
         _dismiss_later()
-    return answer
 
 
 def _dismiss_later() -> None:

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,15 +12,20 @@ from planner.belief.particles import Particles
 from planner.belief.sampling import LARGEST_SEED
 from planner.checked import number, whole
 from planner.errors import InputError, SumoError
+from planner.futures.among_traffic import RIDERS, futures_of_riders, ridings
 from planner.futures.fcd import Samples, read_samples
 from planner.futures.forks import CAN_FORK
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
-from planner.futures.rides import Ride, Session, drive
-from planner.futures.simulation import Run, Vehicle
+from planner.futures.riders import Ridden, TrafficSession, drive
+from planner.futures.rides import Ride, Session
+from planner.futures.simulation import Run
 from planner.futures.timing import as_timed
 from planner.futures.tracks import futures_of_tracks, tracks_of_rides
+from planner.futures.traffic import Traffic
+from planner.futures.vehicles import vehicles_of
+from planner.futures.warm_up import Warm, breakdown
 from planner.futures.workers import HERE, Backend
 from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
@@ -53,6 +58,9 @@ class Way(NamedTuple):
 
 def way_of(network: RoadNetwork, particles: Particles) -> Way:
     """Return how particles are driven: the faster way where it is exact."""
+    if particles.driving == "traffic":
+        copy = "fork" if CAN_FORK else "fresh load"
+        return Way(False, f"in the traffic, {RIDERS} in each {copy} of it")
     alone = "one fork of a loaded session each" if CAN_FORK else "one SUMO each, loaded anew"
     if particles.driving != "constant":
         return Way(False, f"{alone}, as SUMO's driver heeds signals")
@@ -62,7 +70,7 @@ def way_of(network: RoadNetwork, particles: Particles) -> Way:
 
 
 class How(NamedTuple):
-    """How particles are recorded; nothing in the result depends on any but the tolerance."""
+    """How particles are recorded; the result depends on the tolerance and the traffic only."""
 
     tolerance_m: float | None = None  # how far a future may be from a sample; None: by the net
     workers: int | None = None  # processes; None: as many as the backend has
@@ -71,6 +79,7 @@ class How(NamedTuple):
     # what it returns goes with the progress from then on.
     note: Note | None = None
     backend: Backend = HERE  # whose processes drive them
+    traffic: Traffic | None = None  # in which they drive, if they do
 
 
 NO_MATTER = How()
@@ -100,6 +109,8 @@ def record(
 
     Raises
     ------
+    InputError
+        If they drive in traffic, which only a `planner.mission.recorder.Recorder` knows.
     SumoError
         With SUMO's own message, or if a process that runs it dies.
     """
@@ -122,24 +133,39 @@ def record_into(
     log.info("%d particles are driven %s", len(kept.missing), way.why)
     if not way.together and not CAN_FORK:
         log.warning(
-            "this system cannot fork: the net is loaded anew for each particle, to the same "
-            "effect, but ten times as slow in towns"
+            "this system cannot fork: SUMO is loaded anew for each ride, to the same effect, but "
+            "ten times as slow in towns"
         )
-    batches = list(_batches(network, particles, kept.missing, way, horizon_s, workers))
+    batches = list(_batches(network, particles, kept.missing, how, horizon_s))
     said, due = "", FIRST_NOTED
-    tasks, files = [task for _, task in batches], {network.path.absolute(): network.sha256}
-    answers = how.backend.answers(drive, tasks, workers=workers, files=files)
-    for (batch, task), answer in zip(batches, answers, strict=True):
-        kept.keep(batch, _collected(network, particles, task, answer, tolerance_m))
+    tasks, files = [batch.task for batch in batches], {network.path.absolute(): network.sha256}
+    if how.traffic is not None:
+        files |= dict(how.traffic.files)
+    warm: dict[int, Warm] = {}
+    for task_number, answer in how.backend.answers(drive, tasks, workers=workers, files=files):
+        batch = batches[task_number]
+        if isinstance(answer, Ridden) and answer.warm is not None:
+            warm[task_number] = answer.warm
+        kept.keep(*_collected(network, particles, batch, answer, tolerance_m))
         if how.note is not None and not way.together and due <= kept.ready < kept.count:
             said, due = how.note(_weighted(kept, particles, kept.ready)), 2 * kept.ready
         if how.progress is not None:
             how.progress(kept.count - len(kept.missing), kept.count, said)
     futures = _weighted(kept, particles, kept.count)
-    if not way.together:
+    if how.traffic is not None:
+        _tell_fates(futures, breakdown(list(warm.values()), how.traffic))
+    elif not way.together:
         drives = particles.stop_s > particles.depart_s + STANDS_S
         _tell_standing(futures.take(drives), network)
     return futures
+
+
+def _tell_fates(futures: Futures, broken: str | None) -> None:
+    """Say in the log what became of particles in traffic, and whether that flows."""
+    fates = futures.fates
+    said = () if fates is None else (str(fates), fates.told_share())
+    for line in filter(None, (broken, *said)):
+        log.warning(line)
 
 
 def _tell_standing(futures: Futures, network: RoadNetwork) -> None:
@@ -187,28 +213,37 @@ def tolerance_of(network: RoadNetwork, tolerance_m: float | None) -> float:
     return TOLERANCE_M if network.is_abstract else TOWN_TOLERANCE_M
 
 
+class Batch(NamedTuple):
+    """What a process is asked for, and of which particles each part of its answer is."""
+
+    parts: tuple[Offsets, ...]
+    task: Run | Session | TrafficSession
+
+
 def _batches(
-    network: RoadNetwork,
-    particles: Particles,
-    missing: Offsets,
-    way: Way,
-    horizon_s: float,
-    workers: int,
-) -> Iterator[tuple[Offsets, Run | Session]]:
-    """Yield which particles each task drives, and the task."""
-    size = SHARED if way.together else SESSION
+    network: RoadNetwork, particles: Particles, missing: Offsets, how: How, horizon_s: float
+) -> Iterator[Batch]:
+    """Yield what there is to do."""
+    together, workers = way_of(network, particles).together, how.backend.size(how.workers)
+    if particles.driving == "traffic":
+        if how.traffic is None:
+            raise InputError('driving: is "traffic"; have a Recorder of the scenario record them')
+        copies = ridings(network, particles, missing, how.traffic, horizon_s, workers)
+        yield from (Batch(*riding) for riding in copies)
+        return
+    size = SHARED if together else SESSION
     number, first = np.unique(missing // size, return_index=True)
     sessions = np.split(missing, first[1:]) if len(missing) else []
     for session, some in zip(number.tolist(), sessions, strict=True):
-        if way.together:
+        if together:
             # In a shared run all take part, or none: they share SUMO's random numbers.
             whole_run = np.arange(session * size, min((session + 1) * size, len(particles)))
-            yield whole_run, _run(network, particles, whole_run, horizon_s)
+            yield Batch((whole_run,), _run(network, particles, whole_run, horizon_s))
             continue
         seed = session_seed(particles, session)
         by_phase = some[np.argsort(particles.phase_s[some], kind="stable")]
         for part in np.array_split(by_phase, _shares(len(some), len(number), workers)):
-            yield part, session_of(network, particles, part, seed, horizon_s)
+            yield Batch((part,), session_of(network, particles, part, seed, horizon_s))
 
 
 def session_seed(particles: Particles, session: int) -> int:
@@ -228,7 +263,7 @@ def _run(network: RoadNetwork, particles: Particles, batch: Offsets, horizon_s: 
         given_as=network.given_as,
         # At the start of the run, all of them: who sets out later drives alike, only later.
         vehicles=tuple(
-            replace(vehicle, depart_s=0.0) for vehicle in _vehicles(network, particles, batch)
+            replace(vehicle, depart_s=0.0) for vehicle in vehicles_of(network, particles, batch)
         ),
         seed=int(particles.seed[batch[0]]),
         step_s=STRAIGHT_STEP_S if network.is_abstract else STEP_S,
@@ -243,7 +278,7 @@ def session_of(
     return Session(
         net=network.path.absolute(),
         given_as=network.given_as,
-        vehicles=_vehicles(network, particles, batch),
+        vehicles=vehicles_of(network, particles, batch),
         phases_s=tuple(particles.phase_s[batch].tolist()),
         free=particles.driving == "free",
         seed=seed,
@@ -252,40 +287,28 @@ def session_of(
     )
 
 
-def _vehicles(network: RoadNetwork, particles: Particles, batch: Offsets) -> tuple[Vehicle, ...]:
-    return tuple(_vehicle(network, particles, k) for k in batch.tolist())
-
-
-def _vehicle(network: RoadNetwork, particles: Particles, k: int) -> Vehicle:
-    route: Any = particles.route(k)
-    return Vehicle(
-        name=str(k),
-        edges=tuple(network.edge_ids[edge] for edge in route),
-        speeds_mps=tuple(particles.speeds(k).tolist()),
-        lengths_m=tuple(network.edge_length_m[route].tolist()),
-        start_m=float(particles.start_m[k]),
-        depart_s=float(particles.depart_s[k]),
-        stop_s=float(particles.stop_s[k]),
-        end_m=float(particles.end_m[k]),
-        flees_s=float(particles.flees_s[k]),
-        flees=float(particles.flees[k]),
-    )
-
-
 def _collected(
     network: RoadNetwork,
     particles: Particles,
-    task: Run | Session,
-    answer: bytes | list[Ride],
+    batch: Batch,
+    answer: bytes | list[Ride] | Ridden,
     tolerance_m: float,
-) -> Futures:
-    """Return the futures of the particles that a task drove; weights are not theirs yet."""
+) -> tuple[Offsets, Futures]:
+    """Return which particles a part of an answer is of, and their futures, without weights."""
+    task = batch.task
+    if isinstance(task, TrafficSession):
+        assert isinstance(answer, Ridden)
+        futures = futures_of_riders(
+            answer, task.realisation, network, tolerance_m=tolerance_m, every_s=KNOT_EVERY_S
+        )
+        return batch.parts[answer.number], futures
+    (some,) = batch.parts
     if isinstance(task, Session):
         assert isinstance(answer, list)
         tracks = tracks_of_rides(answer, network, step_s=task.step_s)
         in_town = task.free and not network.is_abstract
         every_s = KNOT_EVERY_S if in_town else None
-        return futures_of_tracks(tracks, tolerance_m=tolerance_m, every_s=every_s)
+        return some, futures_of_tracks(tracks, tolerance_m=tolerance_m, every_s=every_s)
     assert isinstance(answer, bytes)
     samples = _samples(task, answer, network)
     numbers = np.array([int(name) for name in samples.names])
@@ -296,7 +319,7 @@ def _collected(
     futures = futures_of_samples(
         samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m
     )
-    return as_timed(
+    return some, as_timed(
         futures.take(np.argsort(numbers)), particles.take(np.sort(numbers)), network, task.end_s
     )
 

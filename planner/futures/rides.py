@@ -12,16 +12,16 @@ import math
 import pickle
 from array import array
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from planner.errors import LostError, PlannerError, SumoError
 from planner.futures.forks import CAN_FORK, answer_of_fork, told_end
 from planner.futures.simulation import (
-    Run,
     Vehicle,
-    drive_together,
     import_libsumo,
     own_message,
     plain_link,
@@ -36,6 +36,7 @@ RIDER = "rider"  # the name of the only vehicle, of its type and of its route
 SHORT_M = 0.1  # before the end of an edge, where a vehicle can still be set down
 TRIES = 2  # of a ride whose process dies
 
+Found = TypeVar("Found")
 Arrival = tuple[float, float, float]  # seconds after the last sample, x and y in metres
 
 
@@ -62,11 +63,6 @@ class Ride:
     # from which sample on it is on an edge, or in a junction, and the edge that this counts to
     roads: tuple[tuple[int, str, str], ...] = field(repr=False)
     arrival: Arrival | None  # at its route's end
-
-
-def drive(task: Run | Session) -> bytes | list[Ride]:
-    """Do what a worker is there for: drive together, or one by one."""
-    return drive_together(task) if isinstance(task, Run) else drive_session(task)
 
 
 def drive_session(session: Session, *, forks: bool = CAN_FORK) -> list[Ride]:
@@ -98,17 +94,27 @@ def _in_forks(session: Session, link: Path, order: list[int]) -> Iterator[tuple[
     libsumo.start(sumo_options(link, seed=session.seed, step_s=session.step_s))
     try:
         _make_type(libsumo, session)
-        gc.collect()
-        gc.freeze()  # else the collector would touch, and so copy, all pages of every fork
-        gc.disable()
-        now_s = 0
-        for k in order:
-            now_s = _step_on(libsumo, session, now_s, k)
-            yield k, _forked(libsumo, session, k)
+        with frozen_heap():
+            now_s = 0
+            for k in order:
+                now_s = _step_on(libsumo, session, now_s, k)
+                name = f"particle {session.vehicles[k].name}"
+                yield k, in_fork(libsumo, name, partial(_ride, libsumo, session, k))
+    finally:
+        libsumo.close()
+
+
+@contextmanager
+def frozen_heap() -> Iterator[None]:
+    """Keep the collector from touching, and so copying, all pages of every fork."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
     finally:
         gc.enable()
         gc.unfreeze()
-        libsumo.close()
 
 
 def _in_fresh_loads(session: Session, link: Path, order: list[int]) -> Iterator[tuple[int, Ride]]:
@@ -166,9 +172,8 @@ def _ride(libsumo: Any, session: Session, k: int) -> Ride:
         except libsumo.TraCIException:
             if not libsumo.simulation.getArrivedNumber():
                 raise
-            return Ride(
-                xy_m.tobytes(), from_s, tuple(roads), _arrival(xy_m, before_end, session.step_s)
-            )
+            arrival = arrival_of(xy_m, before_end, session.step_s)
+            return Ride(xy_m.tobytes(), from_s, tuple(roads), arrival)
         road = road_of(RIDER)
         if road != roads[-1][1]:
             roads.append((sample, *_road(libsumo, vehicle, road)))
@@ -253,7 +258,7 @@ def _before_end(libsumo: Any, vehicle: Vehicle) -> tuple[float, float]:
     return rest_m, libsumo.vehicle.getSpeed(RIDER)
 
 
-def _arrival(
+def arrival_of(
     xy_m: Sequence[float], before_end: tuple[float, float] | None, step_s: float
 ) -> Arrival | None:
     """Return when and where a vehicle came to its route's end, within a step of its last sample.
@@ -271,29 +276,43 @@ def _arrival(
     return min(rest_m / speed_mps, step_s), xy_m[-2] + x_m * share, xy_m[-1] + y_m * share
 
 
-def _forked(libsumo: Any, session: Session, k: int) -> Ride:
-    """Return a vehicle's ride in a process of its own, which is started again if it dies."""
-    name = session.vehicles[k].name
+def in_fork(libsumo: Any, name: str, work: Callable[[], Found]) -> Found:
+    """Return what work finds in a process of its own, which is started again if it dies.
+
+    Parameters
+    ----------
+    name
+        Whose work it is, for messages.
+
+    Raises
+    ------
+    LostError
+        If the process dies twice.
+    """
     for left in reversed(range(TRIES)):
-        answer, code = answer_of_fork(lambda: _pickled(libsumo, session, k))
+        answer, code = answer_of_fork(partial(_pickled, libsumo, work))
         if code == 0:
-            found: Ride | Exception | str = pickle.loads(answer)
-            if isinstance(found, Ride):
-                return found
-            raise libsumo.TraCIException(found) if isinstance(found, str) else found
+            found, error = pickle.loads(answer)
+            if error is None:
+                there: Found = found
+                return there
+            raise libsumo.TraCIException(error) if isinstance(error, str) else error
         if left:
-            log.warning("particle %s: its process %s; driven again", name, told_end(code))
+            log.warning("%s: its process %s; driven again", name, told_end(code))
     raise LostError(
-        f"particle {name}: its process {told_end(code)}, {TRIES} times; what is recorded is kept: "
+        f"{name}: its process {told_end(code)}, {TRIES} times; what is recorded is kept: "
         "run it again, with fewer --jobs if memory is short"
     )
 
 
-def _pickled(libsumo: Any, session: Session, k: int) -> bytes:
-    """Return a ride, or why there is none."""
+def _pickled(libsumo: Any, work: Callable[[], Any]) -> bytes:
+    """Return what work finds, or why it finds nothing."""
+    answer: Any = None
+    wrong: PlannerError | str | None = None
     try:
-        return pickle.dumps(_ride(libsumo, session, k), pickle.HIGHEST_PROTOCOL)
+        answer = work()
     except PlannerError as error:
-        return pickle.dumps(error)
+        wrong = error
     except libsumo.TraCIException as error:  # which cannot be pickled
-        return pickle.dumps(str(error))
+        wrong = str(error)
+    return pickle.dumps((answer, wrong), pickle.HIGHEST_PROTOCOL)

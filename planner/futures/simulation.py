@@ -159,13 +159,19 @@ def _route_file(run: Run) -> Iterator[str]:
 
 @contextmanager
 def own_message(errors: Path, link: Path, net: Path) -> Iterator[None]:
-    """Put SUMO's own words in the place of libsumo's "Process Error"."""
+    """Put SUMO's own words in the place of libsumo's "Process Error".
+
+    They name the net as it was given, and what other links lead to beside the file of errors.
+    """
     libsumo = import_libsumo()
     try:
         with _stderr_into(errors):
             yield
     except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
         reason = _reason(str(error), errors).replace(str(link), str(net))
+        for other in errors.parent.rglob("*"):
+            if other.is_symlink():
+                reason = reason.replace(str(other), str(other.resolve()))
         raise SumoError(f"SUMO failed: {reason}") from error
 
 

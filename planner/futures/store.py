@@ -230,6 +230,7 @@ def write_recording(
             " ".join(network.edge_ids[edge] for edge in particles.route(k)) for k in count.tolist()
         ],
         "seed": particles.seed,
+        **({} if futures.fates is None else futures.fates.columns),
     }
     write_table(folder / KNOTS, knots, described)
     write_table(folder / EDGES, changes, described)

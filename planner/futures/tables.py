@@ -11,6 +11,8 @@ from planner.arrays import Floats, Ints, Offsets
 from planner.errors import InputError
 from planner.futures.edges import edge_column, read_edges_driven, refuse_nobody
 from planner.futures.edges_driven import EdgesDriven
+from planner.futures.fates import COLUMNS as FATES
+from planner.futures.fates import Fates
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
 from planner.parquet import (
@@ -46,6 +48,7 @@ class _Particles(NamedTuple):
     target: Ints  # (N,)
     speed_mps: tuple[float, ...]
     route: tuple[str, ...]
+    fates: Fates | None
 
 
 def futures_of_table(
@@ -92,6 +95,7 @@ def futures_of_table(
         gone=known.gone,
         target=known.target,
         edges=driven,
+        fates=known.fates,
     )
     return NamedFutures(futures, names, known.speed_mps, known.route)
 
@@ -139,6 +143,7 @@ def _equal(count: int) -> _Particles:
         target=np.zeros(count, dtype=np.int32),
         speed_mps=(np.nan,) * count,
         route=("",) * count,
+        fates=None,
     )
 
 
@@ -158,6 +163,7 @@ def _read_particles(path: Path, knots: Path, names: tuple[str, ...]) -> _Particl
         target=_targets(path, table)[row],
         speed_mps=tuple(_speeds(path, table)[row].tolist()),
         route=tuple(_routes(path, table)[row].tolist()),
+        fates=_fates(path, table, row),
     )
 
 
@@ -206,6 +212,17 @@ def _targets(path: Path, table: Any) -> Ints:
     if (target % 1 > 0).any() or target.min() < 0 or target.max() > MOST_TARGETS:
         raise InputError(f"{path}: column 'target' must hold whole numbers from 0 on")
     return target.astype(np.int32)
+
+
+def _fates(path: Path, table: Any, row: Offsets) -> Fates | None:
+    """Return what became of particles in traffic; None where the file does not say."""
+    if not set(FATES) <= set(table.column_names):
+        return None
+    columns: dict[str, Any] = {name: numbers_or_nan(path, table, name)[row] for name in FATES}
+    try:
+        return Fates(**columns)
+    except InputError as error:
+        raise InputError(f"{path}: {error}; record it again") from error
 
 
 def _speeds(path: Path, table: Any) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from planner.arrays import Floats, Ints, Offsets, first_kept, first_of_parts
 from planner.checked import finite, number, offsets, same_length
 from planner.errors import InputError
-from planner.futures.edges_driven import EdgesDriven
+from planner.futures.edges_driven import NO_EDGE, EdgesDriven
 from planner.futures.futures import Futures
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
 from planner.futures.rides import Ride
@@ -35,7 +35,7 @@ def tracks_of_rides(rides: Sequence[Ride], network: RoadNetwork, *, step_s: floa
     step_s
         Between two samples of a ride.
     """
-    motion = [_motion(ride, step_s) for ride in rides]
+    motion = [motion_of(ride, step_s) for ride in rides]
     changes = [_changes(ride, network, step_s) for ride in rides]
     time_s, x_m, y_m = np.concatenate(motion).T
     rows = np.array([row for some in changes for row in some], dtype=np.float64).reshape(-1, 2)
@@ -50,9 +50,13 @@ def tracks_of_rides(rides: Sequence[Ride], network: RoadNetwork, *, step_s: floa
     )
 
 
-def _motion(ride: Ride, step_s: float) -> Floats:
-    """Return time, x and y of a ride's samples, its arrival among them, (S, 3)."""
-    xy_m = np.frombuffer(ride.xy_m, np.float64).reshape(-1, 2)
+def motion_of(ride: Ride, step_s: float) -> Floats:
+    """Return time, x and y of a ride's samples, its arrival among them, (S, 3).
+
+    Where a vehicle was on no road it moved straight from where it was seen before to where it was
+    seen next; before and after all of these it stood.
+    """
+    xy_m = _bridged(np.frombuffer(ride.xy_m, np.float64).reshape(-1, 2))
     time_s = ride.from_s + step_s * np.arange(len(xy_m))
     sampled = np.column_stack([time_s, xy_m])
     if ride.arrival is None:
@@ -61,13 +65,23 @@ def _motion(ride: Ride, step_s: float) -> Floats:
     return np.vstack([sampled, [time_s[-1] + after_s, x_m, y_m]])
 
 
+def _bridged(xy_m: Floats) -> Floats:
+    """Return places of which some were not known, NaN."""
+    unknown = np.isnan(xy_m[:, 0])
+    if not unknown.any():
+        return xy_m
+    sample = np.arange(len(xy_m))
+    seen = sample[~unknown]
+    return np.column_stack([np.interp(sample, seen, column[~unknown]) for column in xy_m.T])
+
+
 def _changes(ride: Ride, network: RoadNetwork, step_s: float) -> list[tuple[float, int]]:
     """Return when a vehicle came onto which edge."""
     found: list[tuple[float, int]] = []
     counted: str | None = None  # the edge that the junction counts to in which it is
     for sample, road, onto in ride.roads:
         if onto != counted:
-            found.append((ride.from_s + step_s * sample, network.edge_index[onto]))
+            found.append((ride.from_s + step_s * sample, network.edge_index.get(onto, NO_EDGE)))
         counted = onto if road.startswith(":") else None
     return found
 

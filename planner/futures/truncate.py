@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,7 +82,7 @@ def stopped(futures: Futures, stop_s: Floats) -> Futures:
         "time_s": stop_s[cut],
     }
     moves = columns["time_s"] > futures.time_s[rows]
-    ends = {
+    ends: dict[str, Any] = {
         name: np.insert(getattr(futures, name)[kept], before[moves] + 1, column[moves])
         for name, column in columns.items()
     }

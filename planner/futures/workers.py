@@ -2,7 +2,8 @@
 
 A worker is a separate Python that reads tasks from its input and writes answers to its output. It
 runs in its own session, so that Ctrl-C reaches the program alone; its input closes with the
-program, which ends it.
+program, which ends it. An answer may come in parts, so that what is done of a long task is known,
+and kept, before the rest is.
 """
 
 import atexit
@@ -14,12 +15,13 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any, Protocol, TypeVar
+from queue import Empty, SimpleQueue
+from types import GeneratorType
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from planner.errors import LostError
 from planner.futures.forks import told_end
@@ -34,6 +36,8 @@ log = logging.getLogger(__name__)
 MALLOC = ("glibc.malloc.hugetlb=1", "glibc.malloc.tcache_count=60000")
 LOOK_S = 0.2  # between two looks whether answers are wanted still
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
+
+_PART, _ERROR, _END = range(3)  # what an answer is
 
 _idle: list["_Worker"] = []  # started earlier, to be used again
 _all: set["_Worker"] = set()
@@ -52,13 +56,14 @@ class Backend(Protocol):
         *,
         workers: int,
         files: Mapping[Path, str],
-    ) -> Iterator[Answer]:
-        """Yield what a function returns for each task, in the tasks' order.
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield what a function returns for each task, as it comes, after the task's number.
 
         Parameters
         ----------
         function
-            Can be pickled; its own exceptions are raised here.
+            Can be pickled; its own exceptions are raised here. What a generator yields comes part
+            by part, each after the task's number.
         workers
             How many processes, as `size` has it.
         files
@@ -85,9 +90,9 @@ class Here:
         *,
         workers: int,
         files: Mapping[Path, str],  # noqa: ARG002
-    ) -> Iterator[Answer]:
-        """Yield what a function returns for each task, as `in_processes` does."""
-        return in_processes(function, tasks, workers=workers)
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield what a function returns for each task, as `in_parts` does."""
+        return in_parts(function, tasks, workers=workers)
 
 
 HERE = Here()
@@ -105,6 +110,38 @@ def in_processes(
     wanted: Callable[[], bool] | None = None,
 ) -> Iterator[Answer]:
     """Yield what a function returns for each task, in the tasks' order.
+
+    Parameters
+    ----------
+    function, workers, wanted
+        As `in_parts` takes them; the function is no generator.
+    """
+    come: dict[int, Answer] = {}
+    following = 0
+    for number, answer in in_parts(function, tasks, workers=workers, wanted=wanted):
+        come[number] = answer
+        while following in come:
+            yield come.pop(following)
+            following += 1
+
+
+class _Part(NamedTuple):
+    """What a worker has answered so far."""
+
+    task: int
+    answer: Any
+
+
+def in_parts(
+    function: Callable[[Task], Any],
+    tasks: Sequence[Task],
+    *,
+    workers: int | None = None,
+    wanted: Callable[[], bool] | None = None,
+) -> Iterator[tuple[int, Any]]:
+    """Yield what a function returns or yields for each task, as it comes, after the task's number.
+
+    The parts of one task come in their order.
 
     Parameters
     ----------
@@ -126,12 +163,15 @@ def in_processes(
         return
     team = _team(min(workers or cores(), len(tasks)))
     free: SimpleQueue[_Worker] = SimpleQueue()
+    come: SimpleQueue[_Part | Future[None]] = SimpleQueue()
     over = threading.Event()
 
-    def done(task: Task) -> Answer:
-        worker = free.get()
+    def done(number: int, task: Task) -> None:
+        worker, known = free.get(), 0
         try:
-            answer: Answer = worker.call(task)
+            for answer in worker.answers(task):
+                come.put(_Part(number, answer))
+                known += 1
         except LostError as error:
             if worker.alive or over.is_set() or is_stopping():
                 raise
@@ -141,20 +181,21 @@ def in_processes(
             worker = _Worker()
             team.append(worker)
             worker.begin(function)
-            answer = worker.call(task)
+            for answer in islice(worker.answers(task), known, None):
+                come.put(_Part(number, answer))
         finally:
             free.put(worker)
-        return answer
 
     try:
         with ThreadPoolExecutor(len(team)) as threads, _killed_on_failure(team, over):
             list(threads.map(lambda worker: worker.begin(function), team))
             for worker in team:
                 free.put(worker)
-            flying = deque(threads.submit(done, task) for task in tasks)
+            flying = [threads.submit(done, *numbered) for numbered in enumerate(tasks)]
+            for one in flying:
+                one.add_done_callback(come.put)
             try:
-                while flying:
-                    yield _awaited(flying.popleft(), wanted)
+                yield from _until_all_end(come, len(flying), wanted)
             finally:
                 for one in flying:
                     one.cancel()
@@ -162,12 +203,22 @@ def in_processes(
         _idle.extend(worker for worker in team if worker in _all)
 
 
-def _awaited(answer: Future[Answer], wanted: Callable[[], bool] | None) -> Answer:
-    """Return an answer, unless it is no more wanted before it is there."""
-    while wanted is not None and not wait([answer], LOOK_S).done:
-        if not wanted():
-            raise UnwantedError
-    return answer.result()
+def _until_all_end(
+    come: "SimpleQueue[_Part | Future[None]]", tasks: int, wanted: Callable[[], bool] | None
+) -> Iterator[_Part]:
+    """Yield all parts of the answers to so many tasks; raise what one of these has raised."""
+    while tasks:
+        try:
+            got = come.get(timeout=None if wanted is None else LOOK_S)
+        except Empty:
+            if wanted is not None and not wanted():
+                raise UnwantedError from None
+            continue
+        if isinstance(got, _Part):
+            yield got
+        else:
+            got.result()
+            tasks -= 1
 
 
 def cores() -> int:
@@ -251,14 +302,19 @@ class _Worker:
 
     def begin(self, function: Callable[[Any], Any]) -> None:
         """Take up a function, in the place of an earlier one."""
-        self._exchange(function)
+        self._ask(function)
+        self._answer()
 
-    def call(self, task: Any) -> Any:
-        """Return the function's answer, or raise what it raises."""
-        well, answer = self._exchange((task,))
-        if well:
-            return answer
-        raise answer
+    def answers(self, task: Any) -> Iterator[Any]:
+        """Yield what the function returns or yields, or raise what it raises."""
+        self._ask((task,))
+        while True:
+            kind, answer = self._answer()
+            if kind == _END:
+                return
+            if kind == _ERROR:
+                raise answer
+            yield answer
 
     def kill(self) -> None:
         _all.discard(self)
@@ -266,13 +322,19 @@ class _Worker:
         self.process.wait()
         self._stack.close()
 
-    def _exchange(self, message: Any) -> Any:
-        asked, answered = self.process.stdin, self.process.stdout
+    def _ask(self, message: Any) -> None:
+        asked = self.process.stdin
         assert asked is not None
-        assert answered is not None
         try:
             pickle.dump(message, asked, pickle.HIGHEST_PROTOCOL)
             asked.flush()
+        except OSError as error:
+            raise LostError(self._last_words()) from error
+
+    def _answer(self) -> Any:
+        answered = self.process.stdout
+        assert answered is not None
+        try:
             return pickle.load(answered)
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             raise LostError(self._last_words()) from error
@@ -315,16 +377,21 @@ def serve() -> None:
             message = pickle.load(sys.stdin.buffer)
             if isinstance(message, tuple):
                 assert function is not None
-                answer = _answer(function, *message)
+                said = _answers(function, *message)
             else:
-                function, answer = message, b""
-            answers.write(answer or pickle.dumps(None))
-            answers.flush()
+                function, said = message, iter([pickle.dumps(None)])
+            for answer in said:
+                answers.write(answer)
+                answers.flush()
 
 
-def _answer(function: Callable[[Any], Any], task: Any) -> bytes:
+def _answers(function: Callable[[Any], Any], task: Any) -> Iterator[bytes]:
     try:
-        return pickle.dumps((True, function(task)), pickle.HIGHEST_PROTOCOL)
+        found = function(task)
+        for part in found if isinstance(found, GeneratorType) else (found,):
+            yield pickle.dumps((_PART, part), pickle.HIGHEST_PROTOCOL)
     except Exception as error:
         error.add_note(traceback.format_exc())
-        return pickle.dumps((False, error))
+        yield pickle.dumps((_ERROR, error))
+    else:
+        yield pickle.dumps((_END, None))

@@ -4,7 +4,7 @@ Every word is echoed as it was understood, and all that are not are refused toge
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -12,13 +12,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from planner import compass
 from planner.belief.places import ALONG_DEG, in_circle
-from planner.clock import rough, span, when
+from planner.clock import rough, span, to_minute, to_second, when
 from planner.errors import Fault, InputError, ScenarioError
 from planner.messages import as_written, plain, suggestion
-from planner.mission.call_net import net_of
+from planner.mission.call_net import at_home, net_of
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
-from planner.network.place_words import Where, heading, on_road, point_of, told, where
+from planner.network.place_words import Where, heading, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.aircraft_file import OF_TOWNS, shipped_aircraft, with_aircraft
 from planner.scenario.profiles import shipped_profiles
@@ -40,10 +41,12 @@ DEGREE_DIGITS, METRE_DIGITS = 6, 1
 OPTIONS = {
     "search.horizon_s": "--until",
     "target.start": "--last-seen",
+    "target.profile": "--target",
     "target.last_seen_ago_s": "--at",
     "uav.start": "--drone-at",
     "uav.take_off_s": "--ready",
     "uav.max_flight_time_s": "--battery",
+    "uav.aircraft": "--aircraft",
     "target": "--target",
     "uav": "--aircraft",
 }
@@ -73,7 +76,9 @@ class Call:
     tables: Tables  # a scenario's sections; the drone starts at the first of the places
     sites: tuple[Mapping[str, float], ...]  # where it may start, as `uav.start` has it
     site_names: tuple[str, ...]
+    words: Words
     understood: tuple[tuple[str, str], ...]  # what each word means, by name
+    title: str
     called_at: datetime  # now, to the second: times of the drone count from here
 
     @property
@@ -90,11 +95,21 @@ class Call:
         """Return it as the text of a scenario file."""
         said = (plain(f"# {name}: {' '.join(value.split())}") for name, value in self.understood)
         lines = [f"# A call at {self.called_at.isoformat()}, as it was understood.", *said, ""]
-        seen = dict(self.understood)["last seen"]
-        lines.append(f"title = {toml_text(plain(f'last seen {seen}')[:200])}")
+        lines.append(f"title = {toml_text(plain(self.title)[:200])}")
         for name, table in self.tables.items():
-            lines += ["", f"[{name}]", *(f"{key} = {toml_text(table[key])}" for key in table)]
+            lines += ["", f"[{name}]"]
+            for key, value in table.items():
+                lines += [*self._said_of(f"{name}.{key}"), f"{key} = {toml_text(value)}"]
         return "\n".join(lines) + "\n"
+
+    def _said_of(self, key: str) -> Iterator[str]:
+        """Yield a comment with the words that a key comes from, if it does."""
+        option = OPTIONS.get(key, "")
+        said = getattr(self.words, option[2:].replace("-", "_"), None)
+        if isinstance(said, tuple):
+            said = said[self.sites.index(self.tables["uav"]["start"])]
+        if said is not None:
+            yield plain(f"# {option} {' '.join(str(said).split())}")
 
 
 def understood(words: Words, now: datetime) -> Call:
@@ -120,10 +135,17 @@ def understood(words: Words, now: datetime) -> Call:
     return call
 
 
-def as_said(fault: Fault) -> Fault:
-    """Return the fault of a call's scenario as one of the word that its key comes from."""
+def as_said(fault: Fault, call: Call) -> Fault:
+    """Return the fault of a call's scenario as one of the word that its key comes from.
+
+    The key stays beside it where the word named a file, which has keys.
+    """
     option = next((word for key, word in OPTIONS.items() if fault.is_about(key)), None)
-    return fault if option is None else replace(fault, key=f"{option} ({fault.key})")
+    files = {"--target": call.tables["target"]["profile"], "--aircraft": call.words.aircraft}
+    if option is None:
+        return fault
+    in_file = str(files.get(option)).endswith(".toml")
+    return replace(fault, key=f"{option} ({fault.key})" if in_file else option)
 
 
 class _Heard:
@@ -133,6 +155,7 @@ class _Heard:
         self.words, self.now, self.network = words, now, network
         self.faults: list[Fault] = []
         self._said: list[tuple[str, str]] = []
+        self._title = ""
 
     def call(self, tables: Tables) -> Call | None:
         """Return the call, None if a word that it cannot do without is missing."""
@@ -156,7 +179,8 @@ class _Heard:
             "search": {**search, "work": WORK, "seed": SEED},
         }
         names = tuple(place.called for _, _, place in sites if place is not None)
-        return Call(whole, tuple(starts), names, tuple(self._said), self.now)
+        said = tuple(self._said)
+        return Call(whole, tuple(starts), names, self.words, said, self._title, self.now)
 
     def _tried(self, option: str, meant: Callable[[], T]) -> T | None:
         try:
@@ -184,10 +208,12 @@ class _Heard:
             self.faults.append(Fault("--radius-m", text))
         start = self._tried("--last-seen", lambda: self._start(place, to_deg))
         radius = "" if place.edges else f", within {self._radius_m:g} m"
-        to = "" if to_deg is None else f", heading {point_of(to_deg)} ({to_deg:g} deg)"
+        to = "" if to_deg is None else f", heading {compass.letters(to_deg)} ({to_deg:g} deg)"
         self._said[0] = ("last seen", f"{self._said[0][1]}{radius}{to}")
-        self._said.append(("target", profile))
-        return {"profile": profile, "start": start, "driving": "free"}
+        goes, why = at_home(profile, self.network)
+        self._said.append(("target", f"{profile}; {why}" if why else profile))
+        self._title = f"last seen {place.called}{to}"
+        return {"profile": profile, **goes, "start": start, "driving": "free"}
 
     @property
     def _radius_m(self) -> float:
@@ -264,23 +290,24 @@ class _Heard:
         lasts_s = (uav or {}).get("max_flight_time_s", LASTS_S)
         ago_s, ready_s = ((now - at).total_seconds(), (ready - now).total_seconds())
         if until is None:
-            ends_s = ago_s + max(ready_s, TO_PLAN_S) + lasts_s
-            until = at + timedelta(seconds=60.0 * math.ceil(ends_s / 60.0))
+            until = now + timedelta(seconds=max(ready_s, TO_PLAN_S) + lasts_s)
+        if until.second or until.microsecond:  # odds are told at whole minutes
+            until = until.replace(second=0, microsecond=0) + timedelta(minutes=1)
         horizon_s = (until - at).total_seconds()
         if horizon_s <= ago_s + ready_s:
-            ends, begins = clock_time(until, now), clock_time(ready, now)
+            ends, begins = to_minute(until, now), to_second(ready, now)
             text = f"{ends} is not after the drone is ready, {begins}; give a later one"
             self.faults.append(Fault("--until", text))
             return None
-        soon = "as soon as there is a plan" if words.ready is None else clock_time(ready, now)
-        self._said[1:1] = [("seen at", f"{clock_time(at, now)}, {_ago(ago_s)}")]
-        self._said += [("ready", soon), ("until", clock_time(until, now))]
+        soon = "as soon as there is a plan" if words.ready is None else to_second(ready, now)
+        self._said[1:1] = [("seen at", f"{to_second(at, now)}, {_ago(ago_s)}")]
+        self._said += [("ready", soon), ("until", to_minute(until, now))]
         return ago_s, ready_s, horizon_s
 
     def _past(self, text: str) -> datetime:
         at = when(text, self.now)
         if at > self.now:
-            raise InputError(f"{clock_time(at, self.now)} is still to come; give when it was seen")
+            raise InputError(f"{to_second(at, self.now)} is still to come; give when it was seen")
         if self.now - at > FARTHEST:
             ago = _ago((self.now - at).total_seconds())
             raise InputError(f"{at.isoformat()} is {ago}, too long for a call; give a later one")
@@ -289,14 +316,14 @@ class _Heard:
     def _soon(self, text: str) -> datetime:
         soon = when(text, self.now)
         if soon - self.now > FARTHEST:
-            at, away = clock_time(soon, self.now), rough((soon - self.now).total_seconds())
+            at, away = to_second(soon, self.now), rough((soon - self.now).total_seconds())
             raise InputError(f"{at} is {away} away, too long for a call; give an earlier one")
         return soon
 
     def _ready(self, text: str | None) -> datetime:
         ready = self.now if text is None else self._soon(text)
         if ready < self.now:
-            raise InputError(f"{clock_time(ready, self.now)} has passed; leave it out")
+            raise InputError(f"{to_second(ready, self.now)} has passed; leave it out")
         return ready.astimezone(self.now.tzinfo).replace(microsecond=0)
 
 
@@ -335,13 +362,6 @@ def _written(place: Where, network: RoadNetwork) -> dict[str, float]:
         return {"x_m": round(place.x_m, METRE_DIGITS), "y_m": round(place.y_m, METRE_DIGITS)}
     lon, lat = np.round(lonlat(network, place.xy_m), DEGREE_DIGITS).tolist()
     return {"lon": lon, "lat": lat}
-
-
-def clock_time(moment: datetime, now: datetime) -> str:
-    """Return a moment as a clock shows it, with the date if that is not today's."""
-    there = moment.astimezone(now.tzinfo)
-    form = "%H:%M:%S" if there.second else "%H:%M"
-    return there.strftime(form if there.date() == now.date() else f"%Y-%m-%d {form}")
 
 
 def _ago(seconds: float) -> str:

@@ -6,7 +6,8 @@ import numpy as np
 
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
-from planner.detection.first_detection import first_detection
+from planner.detection.sensor import Sensor
+from planner.detection.survival import Searched, survival
 from planner.flight.law import FlightLaw
 from planner.flight.plan import Plan
 from planner.flight.track import Track
@@ -66,13 +67,15 @@ def reading_of(opened: OpenScenario, stored: StoredPlan, wanted: Wanted) -> Read
     )
 
 
-def still_unseen(futures: Futures, track: Track, radius_m: float, until_s: float) -> Futures:
+def still_unseen(futures: Futures, track: Track, sensor: Sensor, until_s: float) -> Futures:
     """Return the futures of those that a flight has not seen by a time, with Bayes' weights.
 
-    A particle that would have been seen is ruled out. What is left, and that there is no target at
+    A particle counts as far as it would have been missed; one that would have been seen for certain
+    is ruled out. What is left, and that there is no target at
     all, are as likely among each other as before. Nothing is left if all are ruled out.
     """
-    unseen = ~(first_detection(futures, track, radius_m) <= until_s)
-    left = 1.0 - min(1.0, float(futures.weight @ ~unseen))
-    remaining = futures.take(unseen)
-    return replace(remaining, weight=remaining.weight / left) if unseen.any() else remaining
+    unseen = survival(futures, [Searched(track, sensor)]).at(until_s)
+    left = 1.0 - min(1.0, float(futures.weight @ (1.0 - unseen)))
+    possible = unseen > 0.0
+    remaining, share = futures.take(possible), unseen[possible]
+    return replace(remaining, weight=remaining.weight * share / left) if len(share) else remaining

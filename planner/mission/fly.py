@@ -1,15 +1,18 @@
 """A plan meets the truth: each target is found or not, when, where and on which leg."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.arrays import Floats, Frozen, Ints, freeze
+from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
+from planner.flight.track import Track
 from planner.futures.futures import Futures
 
 
@@ -33,9 +36,8 @@ def fly(plan: Plan, truth: Futures, sensor: Sensor, objective: Objective) -> Mis
     truth
         The motion of one or more true targets.
     """
-    seen = np.array([first_detection(truth, track, sensor.radius_m) for track in plan.tracks])
-    evaluation = Evaluation(seen.min(axis=0), truth.weight, truth.end_s, objective)
-    finder = seen.argmin(axis=0)
+    evaluation = evaluate(plan.tracks, truth, sensor, objective)
+    finder = _finders(plan.tracks, truth, sensor, evaluation)
     found = np.flatnonzero(evaluation.found)
     xy_m = np.full((len(truth), 2), np.nan)
     leg = np.zeros(len(truth), dtype=np.int32)
@@ -46,3 +48,18 @@ def fly(plan: Plan, truth: Futures, sensor: Sensor, objective: Objective) -> Mis
         number = int(np.searchsorted(ends, seen_s)) + 1
         leg[k] = number if number <= len(ends) else 0
     return MissionRecord(evaluation, xy_m, leg)
+
+
+def _finders(
+    tracks: Sequence[Track], truth: Futures, sensor: Sensor, evaluation: Evaluation
+) -> Ints:
+    """Return which flight finds each target, (N,): with a sensor that may miss, who has it then."""
+    if len(tracks) == 1:
+        return np.zeros(len(truth), dtype=np.int64)
+    if sensor.is_perfect:
+        seen = np.array([first_detection(truth, track, sensor.radius_m) for track in tracks])
+        return np.asarray(seen.argmin(axis=0))
+    at_s = np.where(evaluation.found, evaluation.seen_at, 0.0)
+    there = np.array([truth.xy(k, time_s) for k, time_s in enumerate(at_s.tolist())])
+    away_m = [np.hypot(*(track.xy(at_s) - there).T) for track in tracks]
+    return np.asarray(np.nan_to_num(away_m, nan=np.inf).argmin(axis=0))

@@ -82,7 +82,7 @@ def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | 
     network = recorder.opened.network
     particles = recorder.planning_particles()
     measured, calibration = np.arange(len(particles)), None
-    if signals.actuated.any() and particles.driving == "free" and len(particles) > 1:
+    if signals.actuated.any() and particles.driving != "constant" and len(particles) > 1:
         half = measured[: min(len(particles) // 2, MOST)]
         measured = measured[len(half) :]
         calibration = calibrated(

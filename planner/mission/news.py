@@ -12,7 +12,9 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.clock import clock
-from planner.detection.likelihood import missed, nearness, posterior
+from planner.detection.likelihood import nearness, posterior
+from planner.detection.sensor import Sensor, rate_of
+from planner.detection.survival import Searched, survival
 from planner.errors import Fault, InputError
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -109,17 +111,22 @@ class _Silence:
         return np.where(mine, posterior(self._futures, unseen, absent), 0.0)
 
     def _missed(self, one: NothingNews | SearchedNews, time_s: float) -> Floats:
-        if isinstance(one, NothingNews):
-            seen = np.zeros(len(self._futures), dtype=bool)
-            for x_m, y_m in places_of(one, self._network).tolist():
-                spent = np.array([one.from_s, one.to_s])
-                watch = Track(spent, np.full(2, x_m), np.full(2, y_m), spent[None, :])
-                seen |= missed(self._futures, watch.until(time_s), one.radius_m, 1.0) < 1.0
-            return np.where(seen, 1.0 - one.sure, 1.0)
-        track = track_of(one)
-        if track.time_s[0] > time_s:
-            return np.ones(len(self._futures))
-        return missed(self._futures, track.until(time_s), one.radius_m, one.detects)
+        if isinstance(one, SearchedNews):
+            return self._unseen(track_of(one), self._sensor(one), time_s)
+        spent = np.array([one.from_s, one.to_s])
+        seen = np.zeros(len(self._futures), dtype=bool)
+        for x_m, y_m in places_of(one, self._network).tolist():
+            watch = Track(spent, np.full(2, x_m), np.full(2, y_m), spent[None, :])
+            seen |= self._unseen(watch, Sensor(one.radius_m), time_s) < 1.0
+        return np.where(seen, 1.0 - one.sure, 1.0)
+
+    def _unseen(self, track: Track, sensor: Sensor, time_s: float) -> Floats:
+        by_s = min(time_s, track.end_s)
+        return survival(self._futures, [Searched(track, sensor)]).at(by_s)
+
+    def _sensor(self, one: SearchedNews) -> Sensor:
+        rate_per_s = rate_of(one.detects, one.radius_m, one.speed_mps or self._speed_mps)
+        return Sensor(one.radius_m, rate_per_s=rate_per_s)
 
 
 def track_of(one: SearchedNews) -> Track:
@@ -129,16 +136,20 @@ def track_of(one: SearchedNews) -> Track:
     return Track(time_s, x_m, y_m, np.array(on, dtype=np.float64).reshape(-1, 2))
 
 
-def search_of(
-    track: Track, radius_m: float, *, detects: float = 1.0, speed_mps: float | None = None
-) -> SearchedNews:
-    """Return a flight that has found nothing as news."""
+def search_of(track: Track, sensor: Sensor, speed_mps: float) -> SearchedNews:
+    """Return a flight that has found nothing as news.
+
+    Parameters
+    ----------
+    speed_mps
+        At which what its sensor detects is told.
+    """
     return SearchedNews(
         kind="searched",
         waypoints=np.stack([track.time_s, track.x_m, track.y_m], axis=1).tolist(),
         sensor_on=track.sensor_on.tolist(),
-        radius_m=radius_m,
-        detects=detects,
+        radius_m=sensor.radius_m,
+        detects=sensor.detects(speed_mps),
         speed_mps=speed_mps,
     )
 

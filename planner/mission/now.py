@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planner.detection.evaluate import evaluate
-from planner.detection.evaluation import Evaluation
 from planner.detection.paired import ahead
 from planner.detection.prospects import prospects
 from planner.errors import NotApplicableError, ScenarioError
@@ -39,7 +38,7 @@ from planner.mission.now_events import (
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, budget_of, needs_holdout, problem_of
 from planner.mission.trial import Attempt, attempted
-from planner.network.street_names import crossing
+from planner.network.street_names import crossing, nearest_node
 from planner.scenario.toml_text import toml_text
 from planner.search.methods import METHODS, Method, method_named
 from planner.search.stop import Asked
@@ -294,10 +293,8 @@ def _stays_at(plan: Plan, made: FirstPlan) -> str:
     """Return what the crossing is called at which a plan stays longest."""
     (track,) = plan.tracks
     k = int(np.argmax(np.diff(track.time_s)))
-    away_m = np.linalg.norm(
-        made.opened.network.node_xy_m - (track.x_m[k + 1], track.y_m[k + 1]), axis=1
-    )
-    return crossing(made.opened.network, int(np.argmin(away_m)))
+    node, _ = nearest_node(made.opened.network, np.array([track.x_m[k + 1], track.y_m[k + 1]]))
+    return crossing(made.opened.network, node)
 
 
 def _by_heading(made: FirstPlan) -> Iterator[Condition]:
@@ -323,11 +320,6 @@ def _by_heading(made: FirstPlan) -> Iterator[Condition]:
             scale = 1.0 / share
             yield Condition(
                 name,
-                Evaluation(
-                    evaluated.seen_at[went],
-                    evaluated.weight[went] * scale,
-                    evaluated.end_s[went],
-                    evaluated.objective,
-                ),
+                evaluated.of_those(went, scale),
                 share,
             )

@@ -86,6 +86,12 @@ class Mission:
         planning, holdout = self._particles(self.recorder, self.method)
         return attempted(self.method, self.recorder, planning, holdout=holdout, budget=budget)
 
+    def warm_up(self) -> None:
+        """Read, or record, all that planning anew takes, while there is time."""
+        planning, _ = self._particles(self.recorder, self.method)
+        if self.method.proposes:
+            self.recorder.proposals(planning)
+
     def heard(
         self,
         standing: Standing,

@@ -12,11 +12,14 @@ from planner.belief.mixture import Belief, Mixture
 from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
+from planner.flight.ways import Point
+from planner.futures.traffic import NO_PERMIT, Permit, Traffic
 from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.news import news_faults
+from planner.mission.traffic import traffic_of
 from planner.mission.uav_places import (
     far_faults,
     landing_faults,
@@ -30,8 +33,10 @@ from planner.network.roads import with_roads
 from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
+from planner.scenario.fleet import named_for
 from planner.scenario.news import News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
+from planner.scenario.uav import UavSection
 
 log = logging.getLogger(__name__)
 
@@ -48,12 +53,14 @@ class OpenScenario:
     prior: Belief  # what the planners know
     truth_prior: Belief  # what the true targets are drawn from
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
+    traffic: Traffic | None = None  # in which targets may drive; None: nothing is said of any
     notes: tuple[str, ...] = ()  # what of the target's files counts otherwise than it may seem
+    other_airspaces: tuple[Airspace | None, ...] = ()  # of the UAVs beside the first
 
     @property
-    def uav_xy_m(self) -> tuple[float, float]:
-        """Where the UAV takes off, metres east and north."""
-        return start_xy(self.scenario.uav.start, self.network)
+    def airspaces(self) -> tuple[Airspace | None, ...]:
+        """Where each UAV may fly; None: anywhere."""
+        return (self.airspace, *self.other_airspaces)
 
     @property
     def news(self) -> tuple[News, ...]:
@@ -61,13 +68,32 @@ class OpenScenario:
         return self.scenario.news.heard or ()
 
     @property
-    def return_to_m(self) -> tuple[float, float] | None:
-        """Where the UAV has to land, metres east and north; None: anywhere."""
-        return return_xy(self.scenario.uav, self.network)
+    def starts_m(self) -> tuple[Point, ...]:
+        """Where each UAV takes off, metres east and north."""
+        return tuple(start_xy(uav.start, self.network) for uav in self.scenario.uavs)
+
+    @property
+    def landings_m(self) -> tuple[Point | None, ...]:
+        """Where each UAV has to land, metres east and north; None: anywhere."""
+        return tuple(return_xy(uav, self.network) for uav in self.scenario.uavs)
+
+    @property
+    def uav_xy_m(self) -> Point:
+        """Where the first UAV takes off, metres east and north."""
+        return self.starts_m[0]
+
+    @property
+    def return_to_m(self) -> Point | None:
+        """Where the first UAV has to land, metres east and north; None: anywhere."""
+        return self.landings_m[0]
 
 
 def open_scenario(
-    place: str | Path, *, preset: str | None = None, overrides: Sequence[str] = ()
+    place: str | Path,
+    *,
+    preset: str | None = None,
+    overrides: Sequence[str] = (),
+    permit: Permit = NO_PERMIT,
 ) -> OpenScenario:
     """Return a scenario with its network and priors.
 
@@ -75,6 +101,8 @@ def open_scenario(
     ----------
     place, preset, overrides
         As `planner.scenario.draft.read_draft` takes them.
+    permit
+        What the traffic's files and its control may be.
 
     Raises
     ------
@@ -98,7 +126,8 @@ def open_scenario(
                 known[part_key], wrong = _known(part_key, part, network, draft, notes)
                 found += wrong
             faults += told_once(faults_of_fields(found, key, names))
-        airspace = _airspace(draft, network, faults)
+        airspaces = _airspaces(draft, network, faults)
+        traffic = _traffic(draft, network, faults, permit)
         faults += news_faults((draft.news and draft.news.heard) or (), network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
@@ -109,19 +138,47 @@ def open_scenario(
         network=network,
         prior=_belief("target", scenario.target, network, known),
         truth_prior=_belief("truth", scenario.truth, network, known),
-        airspace=airspace,
+        airspace=airspaces[0],
+        traffic=traffic,
         notes=tuple(dict.fromkeys(notes)),
+        other_airspaces=airspaces[1:],
     )
 
 
-def _airspace(draft: Draft, network: RoadNetwork, faults: list[Fault]) -> Airspace | None:
-    """Return where the UAV may fly, None for anywhere; adds what is wrong with its places."""
-    faults += uav_faults(draft.uav, network)
-    uav = None if any(one.is_about("uav.") for one in faults) else draft.uav
-    airspace, found = airspace_of(draft.airspace, draft.folder, network, uav)
+def _airspaces(
+    draft: Draft, network: RoadNetwork, faults: list[Fault]
+) -> tuple[Airspace | None, ...]:
+    """Return where each UAV may fly, None for anywhere; adds what is wrong with their places."""
+    found: list[Airspace | None] = []
+    for key, uav in draft.uavs:
+        sound = not any(one.is_about(f"{key}.") for one in faults)
+        airspace, told = _airspace(draft, network, uav, sound=sound)
+        found.append(airspace)
+        # what is wrong with the areas is so for all, and told once
+        faults += [one for one in named_for(key, told) if one not in faults]
+    if not found:
+        airspace, told = airspace_of(draft.airspace, draft.folder, network, None)
+        faults += told
+        found.append(airspace)
+    return tuple(found)
+
+
+def _airspace(
+    draft: Draft, network: RoadNetwork, uav: UavSection, *, sound: bool
+) -> tuple[Airspace | None, list[Fault]]:
+    """Return where a UAV may fly, None for anywhere, and what is wrong with its places.
+
+    Parameters
+    ----------
+    sound
+        Whether nothing else of it is faulty.
+    """
+    faults = [*uav_faults(uav, network)]
+    sound = sound and not faults
+    airspace, found = airspace_of(draft.airspace, draft.folder, network, uav if sound else None)
     faults += found
-    if uav is None:
-        return airspace
+    if not sound:
+        return airspace, faults
     faults += landing_faults(uav, network)
     if draft.search is not None and draft.sensor is not None:
         reach_m = uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
@@ -129,7 +186,20 @@ def _airspace(draft: Draft, network: RoadNetwork, faults: list[Fault]) -> Airspa
     if airspace is not None:
         start, home = start_xy(uav.start, network), return_xy(uav, network)
         faults += place_faults(airspace, network, start, home)
-    return airspace
+    return airspace, faults
+
+
+def _traffic(
+    draft: Draft, network: RoadNetwork, faults: list[Fault], permit: Permit
+) -> Traffic | None:
+    """Return the traffic; adds what is wrong with its files."""
+    if any(fault.is_about("traffic") for fault in faults):
+        return None
+    try:
+        return traffic_of(draft, network, permit)
+    except InputError as error:
+        faults.append(Fault("traffic", str(error)))
+        return None
 
 
 def _known(

@@ -36,7 +36,7 @@ class StoredPlan:
     """A plan read back, with the sensor and the objective it was made for."""
 
     plan: Plan
-    sensor: Sensor  # its radius; when it is on stands in the tracks
+    sensor: Sensor  # its radius and rate; when it is on stands in the tracks
     objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
 
@@ -91,10 +91,16 @@ def plan_content(
             "particles": len(planned.weight),
             "horizon_s": planned.objective.horizon_s,
             "radius_m": problem.sensor.radius_m,
+            **_misses(problem.sensor),
             **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
     }
+
+
+def _misses(sensor: Sensor) -> dict[str, float]:
+    """Return at which rate a sensor detects that may miss; of a perfect one nothing."""
+    return {} if sensor.is_perfect else {"rate_per_s": sensor.rate_per_s}
 
 
 def timing_content(timing: Sequence[Mistimed]) -> list[dict[str, float]]:
@@ -213,12 +219,18 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         raise ValueError("no uavs")
     return StoredPlan(
         Plan(_text(content["method"]), tuple(tracks), tuple(legs)),
-        Sensor(_above_zero(content["planned"]["radius_m"])),
+        _sensor(content["planned"]),
         Objective(
             _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
         ),
         {**content["evaluated"], "targets": _whole(content["evaluated"]["targets"])},
     )
+
+
+def _sensor(planned: Mapping[str, Any]) -> Sensor:
+    radius_m = _above_zero(planned["radius_m"])
+    rate_per_s = planned.get("rate_per_s")
+    return Sensor(radius_m, rate_per_s=np.inf if rate_per_s is None else _above_zero(rate_per_s))
 
 
 def _whole(number: object) -> int:

@@ -51,7 +51,7 @@ def proposals(
         return None
     drawn = recipe.particles(network)
     fitted = None
-    if recorded is not None and signals.actuated.any() and drawn.driving == "free":
+    if recorded is not None and signals.actuated.any() and drawn.driving != "constant":
         fitted = _fitted(network, signals, planning(), recorded)
     return kinematic_futures(
         network, drawn, signals, horizon_s=recipe.horizon_s, calibration=fitted

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from planner.belief.mixture import Belief
-from planner.belief.particles import Particles
-from planner.belief.recipe import Drawn, OneTarget, Recipe
+from planner.belief.particles import Particles, Realisations
+from planner.belief.recipe import Drawn, OneTarget
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
 from planner.detection.likelihood import draws
 from planner.detection.objective import Objective
-from planner.detection.sensor import Sensor
+from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
@@ -30,6 +30,7 @@ from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.mission.uav_places import in_air
 from planner.progress import Progress
+from planner.scenario.sections import SensorSection
 from planner.search.greedy_options import GreedyOptions
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
@@ -37,6 +38,7 @@ from planner.search.result import SearchResult
 from planner.search.searched import named_as_before, searched_problem
 from planner.streams import stream
 
+UNSEEN = ("evaluation", "truth")  # streams of targets that no planner may know
 ENOUGH, MOST_SETS = 100, 8  # draws that weights are to be worth; sets of particles recorded for it
 
 log = logging.getLogger(__name__)
@@ -46,7 +48,9 @@ log = logging.getLogger(__name__)
 class Recorder:
     """Records targets of a scenario; each use has its own random stream.
 
-    Planners see ``planning`` only: no planner can reach the streams of the others.
+    Planners see ``planning`` only: no planner can reach the streams of the others. In traffic what
+    plans are made and chosen on rides in its first realisations. Fresh targets and truths ride in
+    as many others, which no planner has seen.
     """
 
     opened: OpenScenario
@@ -140,7 +144,8 @@ class Recorder:
         instance("speed_mps", speed_mps, Real)
         instance("offset_m", offset_m, Real)
         speed_mps, offset_m = float(speed_mps), float(offset_m)
-        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, ("truth",))
+        name, there = ("truth",), self._realisations(prior, unseen=True)
+        target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, name, there)
         return self._recorded(target, {"route": list(route)})
 
     def _enough(
@@ -231,45 +236,73 @@ class Recorder:
     ) -> Drawn:
         search = self.opened.scenario.search
         seed = search.seed if seed is None else seed
-        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling)
+        there = self._realisations(prior, unseen=name[0] in UNSEEN)
+        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling, there)
+
+    def _realisations(self, prior: Belief, *, unseen: bool) -> Realisations | None:
+        """Return in which realisations of the traffic particles ride; None if they ride in none."""
+        traffic = self.opened.traffic
+        if traffic is None or prior.driving != "traffic":
+            return None
+        return Realisations(traffic.realisations if unseen else 0, traffic.realisations)
 
     def _recorded(
-        self, recipe: Recipe, described: Mapping[str, Any], note: Note | None = None
+        self, recipe: Drawn | OneTarget, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
         tolerance_m = self.opened.scenario.futures.tolerance_m
         how = How(tolerance_m, self.workers, self.progress, note, self.backend)
+        if recipe.realisations is not None and (traffic := self.opened.traffic) is not None:
+            how = how._replace(traffic=traffic)
+            described = {**described, "traffic": traffic.digest}
         return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 
-def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:
-    """Return the planning problem of a scenario on given futures.
+def problem_of(
+    opened: OpenScenario, futures: Futures, *, method: Method | None = None, number: int = 0
+) -> Problem:
+    """Return the planning problem of one of a scenario's UAVs on given futures.
 
     Parameters
     ----------
     method
         One that plans by simulation takes off later by the scenario's ``planning_time_s``.
+    number
+        Of the UAV, from 0.
     """
-    scenario = opened.scenario
+    scenario, section = opened.scenario, opened.scenario.uavs[number]
     charged_s = scenario.search.planning_time_s if method and method.simulates else 0.0
-    x_m, y_m = opened.uav_xy_m
+    x_m, y_m = opened.starts_m[number]
     uav = Uav(
         x_m=x_m,
         y_m=y_m,
-        take_off_s=scenario.take_off_s + charged_s,
-        speed_mps=scenario.uav.speed_mps,
-        altitude_m=scenario.uav.altitude_m,
-        max_flight_time_s=scenario.uav.max_flight_time_s or np.inf,
-        return_to_m=opened.return_to_m,
-        link_m=scenario.uav.link_m or np.inf,
-        aircraft=aircraft_of(scenario.uav),
+        take_off_s=scenario.target.last_seen_ago_s + section.take_off_s + charged_s,
+        speed_mps=section.speed_mps,
+        altitude_m=section.altitude_m,
+        max_flight_time_s=section.max_flight_time_s or np.inf,
+        return_to_m=opened.landings_m[number],
+        link_m=section.link_m or np.inf,
+        aircraft=aircraft_of(section),
     )
-    if scenario.uav.in_air is not None:
-        uav = in_air(uav, scenario.uav.in_air, opened.network)
-    sensor = Sensor(scenario.sensor.radius_m, scenario.sensor.detects_in_transit)
+    if section.in_air is not None:
+        uav = in_air(uav, section.in_air, opened.network)
+    radius_m = section.sensor_radius_m or scenario.sensor.radius_m
+    carried = scenario.sensor.model_copy(update={"radius_m": radius_m})
+    sensor = sensor_of(carried, section.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
-    return Problem(opened.network, futures, uav, sensor, objective, airspace=opened.airspace)
+    airspace = opened.airspaces[number]
+    return Problem(opened.network, futures, uav, sensor, objective, airspace=airspace)
+
+
+def sensor_of(section: SensorSection, speed_mps: float) -> Sensor:
+    """Return the sensor that a scenario describes, of a UAV that flies at a speed."""
+    radius_m, width_m = section.radius_m, section.sweep_width_m
+    if width_m is None:
+        rate_per_s = rate_of(section.detects or 1.0, radius_m, speed_mps)
+    else:
+        rate_per_s = rate_of_sweep(width_m, radius_m, speed_mps)
+    return Sensor(radius_m, section.detects_in_transit, rate_per_s)
 
 
 def needs_holdout(method: Method, opened: OpenScenario) -> bool:

@@ -59,7 +59,8 @@ class Replanned:
     problem: Problem
     attempt: Attempt  # the better plan of both
     is_kept: bool  # whether that is the one there was
-    lead: Ahead  # of the new plan over the old one, on particles that had no part in making it
+    # how much of the time to come the new plan saves, on particles that had no part in making it
+    lead: Ahead
     holdout: Futures | None  # these particles, if there were any
 
 
@@ -105,7 +106,7 @@ def resumed(
     if left_s is None and np.isfinite(problem.uav.landing_s):
         left_s = max(1.0, problem.uav.landing_s - (standing.at_s - at_s) - at_s)
     there = InAir(place=PointStart(x_m=x_m, y_m=y_m), at_s=at_s, left_s=left_s)
-    own = search_of(flown, problem.sensor.radius_m)
+    own = search_of(flown, problem.sensor, problem.uav.speed_mps)
     after = _with(opened, there, (*news, own))
     rest = _rest(problem_of(after, nobody()), plan, paused_s, standing.xy_m is not None)
     return Resumed(after, rest, at_s, flown)
@@ -139,7 +140,7 @@ def replanned(
     if is_kept:
         kept = replace(made, result=replace(made.result, plan=mission.incumbent))
         made = replace(kept, planned=kept.evaluated_on(planning))
-    return Replanned(mission, problem, made, is_kept, ahead(new, old), holdout)
+    return Replanned(mission, problem, made, is_kept, sooner(new, old, mission.at_s), holdout)
 
 
 def with_news(news: Sequence[News], more: Sequence[News], *, same_source: bool) -> tuple[News, ...]:

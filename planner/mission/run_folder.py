@@ -7,6 +7,7 @@ from typing import Any
 from planner.errors import InputError, ScenarioError
 from planner.files import RECORD
 from planner.futures.store import Recording
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.guard import read_json
 from planner.mission.certificate_file import sha256_of_motion, sha256_of_net
 from planner.mission.opening import OpenScenario, open_scenario
@@ -31,8 +32,13 @@ OTHER_TARGETS = (
 RUN = (PLAN, EVALUATION, PROVENANCE, PICTURE, FLIGHTS, PAGE, *GUI)
 
 
-def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
+def open_run(folder: Path, permit: Permit = NO_PERMIT) -> tuple[OpenScenario, StoredPlan]:
     """Return the scenario of a run as it was planned for, and the plan.
+
+    Parameters
+    ----------
+    permit
+        As `open_scenario` takes it.
 
     Raises
     ------
@@ -42,7 +48,7 @@ def open_run(folder: Path) -> tuple[OpenScenario, StoredPlan]:
     refuse_no_run(folder)
     record = folder / PROVENANCE
     try:
-        opened = open_scenario(record)
+        opened = open_scenario(record, permit=permit)
     except ScenarioError as error:
         place = Path(error.source).parent
         if not place.is_dir():

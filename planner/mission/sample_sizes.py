@@ -27,7 +27,7 @@ class Sizes(NamedTuple):
 class Row(NamedTuple):
     """For which targets some sizes are; the first row that fits counts."""
 
-    driving: Driving
+    driving: Driving  # "free" stands for all of SUMO's driver
     edges: float  # of the net, at most
     horizon_s: float  # at most
     sizes: Sizes
@@ -44,10 +44,11 @@ TABLE = (
 def sizes_for(network: RoadNetwork, driving: Driving, horizon_s: float) -> Sizes:
     """Return how many targets are driven on a net up to a horizon."""
     edges = len(network.edge_ids)
+    like = "constant" if driving == "constant" else "free"
     return next(
         row.sizes
         for row in TABLE
-        if row.driving == driving and edges <= row.edges and horizon_s <= row.horizon_s
+        if row.driving == like and edges <= row.edges and horizon_s <= row.horizon_s
     )
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner import compass
 from planner.arrays import Floats
 from planner.errors import InputError
 from planner.messages import as_written
@@ -38,12 +39,6 @@ ANGLE = re.compile(
     r"(?P<last>[NSEWO]?)",
     re.IGNORECASE,
 )
-# Points of the compass, from north to the east and round.
-POINTS = (
-    *("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE"),
-    *("S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"),
-)
-LETTERS = {"north": "N", "east": "E", "south": "S", "west": "W"}
 CODE = re.compile(r"[2-9CFGHJMPQRVWX0]{2,8}\+[2-9CFGHJMPQRVWX]*", re.IGNORECASE)
 
 
@@ -150,19 +145,14 @@ def heading(text: str) -> float:
     number = re.fullmatch(rf"({NUMBER})\s*(?:°|deg|degrees)?", said)
     if number is not None and float(number[1]) <= 360.0:
         return float(number[1]) % 360.0
-    for word, letter in LETTERS.items():
+    for letter, word in compass.WORDS.items():
         said = said.replace(word, letter)
     letters = re.sub(r"[\s-]", "", said).upper()
-    if letters in POINTS:
-        return POINTS.index(letters) * 360.0 / len(POINTS)
+    if letters in compass.POINTS:
+        return compass.POINTS.index(letters) * 360.0 / len(compass.POINTS)
     raise InputError(
         f"{as_written(text)} is no heading; write N, NE, E, ... or degrees from 0 to 360"
     )
-
-
-def point_of(heading_deg: float) -> str:
-    """Return the point of the compass nearest to a heading, such as "NE"."""
-    return POINTS[round(heading_deg * len(POINTS) / 360.0) % len(POINTS)]
 
 
 # Coordinates
@@ -293,6 +283,11 @@ def _crossing(said: str, network: RoadNetwork) -> Where | None:
                 f"{as_written(part)} is no street of this net; {_meant(part, network)}"
             )
     one, other = (known[folded(part)] for part in parts)
+    if one == other:
+        raise InputError(
+            f"{as_written(said)} names {one[0]} twice; give a street that crosses it, or "
+            f"{one[0]} alone; {_crosses(one, network)}"
+        )
     called = f"{one[0]} / {other[0]}"
     places = crossings(network, one, other)
     if len(places) == 1:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.arrays import Floats
 from planner.messages import suggestion
 from planner.network.road_network import RoadNetwork
 
@@ -62,6 +63,42 @@ def named_share(network: RoadNetwork) -> float:
     """Return which share of the edges' length lies in streets with a name, 0 to 1."""
     named = np.array([bool(name) for name in network.edge_street])
     return float(network.edge_length_m[named].sum() / network.edge_length_m.sum())
+
+
+class StreetAt(NamedTuple):
+    """What is driven on nearest to a place."""
+
+    name: str  # of the street, "" where it has none
+    edge: int
+    away_m: float
+
+
+def street_at(network: RoadNetwork, xy_m: Floats) -> StreetAt:
+    """Return the street nearest to a place, (2,) metres."""
+    near = network.edge_lines.nearest(xy_m)
+    return StreetAt(network.edge_street[near.line], near.line, near.away_m)
+
+
+def nearest_node(network: RoadNetwork, xy_m: Floats) -> tuple[int, float]:
+    """Return the node nearest to a place, (2,) metres, and how far away it is, metres."""
+    away_m = np.hypot(*(network.node_xy_m - xy_m).T)
+    node = int(np.argmin(away_m))
+    return node, float(away_m[node])
+
+
+def crossed(network: RoadNetwork, xy_m: Floats, street: str, within_m: float) -> str:
+    """Return what crosses a street at a place, (2,) metres; of no street, what meets there.
+
+    Parameters
+    ----------
+    within_m
+        Of the place is the crossing, else it is "".
+    """
+    node, away_m = nearest_node(network, xy_m)
+    others = [name for name in street_names(network).node[node] if name != street]
+    if away_m > within_m or not others:
+        return ""
+    return others[0] if street else " / ".join(others[:2])
 
 
 def crossing(network: RoadNetwork, node: int) -> str:

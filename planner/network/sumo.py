@@ -16,6 +16,7 @@ from planner.errors import InputError, SumoError, is_short_of_memory
 from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
 from planner.locks import temporary_folder
+from planner.messages import as_written
 
 log = logging.getLogger(__name__)
 
@@ -226,6 +227,7 @@ def parse_net(path: Path, source: Path | None = None) -> Any:
     """
     try:
         refuse_foreign_elements(path)
+        refuse_named_outputs(path)
     except InputError as error:
         reason = str(error).removeprefix(f"{path}: ").partition("; ")[0]
         raise InputError(
@@ -272,6 +274,24 @@ def refuse_foreign_elements(path: Path) -> None:
             f"{path}: it holds <{foreign[0]}>, which is no part of a net and may name other files; "
             "take it out"
         )
+
+
+PARAMETER = re.compile(rb"<param[\s/>]")
+
+
+def refuse_named_outputs(path: Path) -> None:
+    """Raise InputError where the signals of a net write files elsewhere than beside it.
+
+    Their detectors write where a parameter of theirs says.
+    """
+    for _, said in elements_in(path, PARAMETER):
+        key, value = said.get("key", ""), said.get("value", "")
+        leaves = key == "file" and not re.fullmatch(r"\w[\w.-]*", value)
+        if leaves or (key == "whetherOutputState" and value.lower() not in ("", "0", "false")):
+            raise InputError(
+                f"{path}: it holds <param key={as_written(key)}>, by which signals write files; "
+                "take that out"
+            )
 
 
 def _reason(stderr: str) -> str:

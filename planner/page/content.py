@@ -12,6 +12,7 @@ from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.knots import Knots
 from planner.messages import plain
+from planner.mission.opening import OpenScenario
 from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 from planner.page.earth import Box, earth_content
@@ -20,10 +21,22 @@ from planner.page.ground import roads_once, under_content, view_of, with_room
 from planner.page.rows import Row
 from planner.page.shown import Shown
 from planner.page.targets import drawn_knots, picked, targets_content
-from planner.page.words import for_posix, for_powershell, soon_s
+from planner.page.words import Clock, for_posix, for_powershell, soon_s
 
 SCHEMA = "planner.page/1"
 NOWHERE = dict.fromkeys(("knots", "t", "x", "y", "seen", "gone"), "")  # the columns of no targets
+UNPLANNED: dict[str, Any] = {  # what a page knows of a search before there is a plan
+    "schema": SCHEMA,
+    "clock": None,
+    "start_s": 0.0,
+    "end_s": 1.0,
+    "soon_s": 1.0,
+    "radius_m": 0.0,
+    "uavs": [],
+    "targets": NOWHERE,
+    "curves": [],
+    "call": None,
+}
 POINTS = 240  # of a curve, after the first
 
 
@@ -42,20 +55,51 @@ class Drawn:
     @classmethod
     def of(cls, run: Shown) -> "Drawn":
         """Return the map of a run."""
-        network, index = run.opened.network, picked(len(run.fresh))
-        targets = run.fresh.take(index)
-        knots = drawn_knots(targets, run.radius_m)
-        flown = [places_of(track) for track in run.plan.tracks]
-        places_m = np.concatenate([network.shape_xy_m, knots.xy_m, *flown])
-        ends_s = max(run.until_s, float(knots.time_s.max(initial=0.0)))
-        frame = Frame.around(places_m, ends_s)
+        return cls.around(
+            run.opened.network,
+            run.fresh,
+            run.evaluated.seen_at,
+            [places_of(track) for track in run.plan.tracks],
+            radius_m=run.radius_m,
+            until_s=run.until_s,
+        )
+
+    @classmethod
+    def around(
+        cls,
+        network: RoadNetwork,
+        targets: Futures,
+        seen_at: Floats,
+        flown_m: list[Floats],
+        *,
+        radius_m: float,
+        until_s: float,
+    ) -> "Drawn":
+        """Return the map of targets, (N,) of which are seen at some time, and flights.
+
+        Parameters
+        ----------
+        seen_at
+            (N,) seconds; infinity: never.
+        flown_m
+            The places of each flight, (W, 2) metres.
+        radius_m
+            Of the sensor.
+        until_s
+            When nothing happens any more.
+        """
+        index = picked(len(targets))
+        shown = targets.take(index)
+        knots = drawn_knots(shown, radius_m)
+        places_m = np.concatenate([network.shape_xy_m, knots.xy_m, *flown_m])
+        frame = Frame.around(places_m, max(until_s, float(knots.time_s.max(initial=0.0))))
         return cls(
-            targets=targets,
-            seen_at=run.evaluated.seen_at[index],
+            targets=shown,
+            seen_at=seen_at[index],
             knots=knots,
             frame=frame,
             whole=Box(*places_m.min(axis=0).tolist(), *places_m.max(axis=0).tolist()),
-            view=view_of(network, run.plan, knots),
+            view=view_of(network, flown_m, knots),
             roads=roads_once(network, frame),
         )
 
@@ -91,19 +135,23 @@ def net_content(network: RoadNetwork, airspace: Airspace | None) -> dict[str, An
     """Return a net on which nothing is planned yet as plain data, as `page_content` has a run."""
     low_m, high_m = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
     view, frame = with_room(low_m, high_m), Frame.around(network.shape_xy_m, 1.0)
-    return {
-        "schema": SCHEMA,
-        "clock": None,
-        "start_s": 0.0,
-        "end_s": 1.0,
-        "soon_s": 1.0,
-        "radius_m": 0.0,
-        **under_content(network, airspace, roads_once(network, frame), frame, view),
-        "uavs": [],
-        "targets": NOWHERE,
-        "curves": [[0.0, 0.0]] * 2,
-        "earth": earth_content(network, view, view),
-        "call": None,
+    under = under_content(network, airspace, roads_once(network, frame), frame, view)
+    return UNPLANNED | under | {"earth": earth_content(network, view, view)}
+
+
+def guess_content(opened: OpenScenario, drawn: Drawn, clock: Clock) -> dict[str, Any]:
+    """Return where the target may be, and the drone before it takes off, as plain data."""
+    scenario, network = opened.scenario, opened.network
+    under = under_content(network, opened.airspace, drawn.roads, drawn.frame, drawn.view)
+    return UNPLANNED | {
+        "clock": clock.as_dict(),
+        "start_s": round(float(scenario.take_off_s), 2),
+        "end_s": scenario.search.horizon_s,
+        "radius_m": scenario.sensor.radius_m,
+        **under,
+        "uavs": [{"waypoints": [[0.0, *opened.uav_xy_m]], "sensor_on": [], "legs": []}],
+        "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
+        "earth": earth_content(network, drawn.whole, drawn.view),
     }
 
 

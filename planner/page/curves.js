@@ -7,6 +7,7 @@ const look = (i) => {
   return [i ? colours["c" + clip(i, 1, 5)] : colours.uav, DASHES[Math.min(i, DASHES.length - 1)], i ? 1.8 : 3.2];
 };
 function drawCurves(s) {
+  if (!D.curves.length) return;
   sized(curve);
   const r = ratio(), left = MARGIN.left * r, bottom = curve.height - MARGIN.bottom * r, top = MARGIN.top * r, right = curve.width - MARGIN.right * r;
   const x = (time) => left + ((right - left) * time) / D.end_s, y = (p) => bottom - (bottom - top) * p;

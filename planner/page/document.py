@@ -14,6 +14,10 @@ from planner.messages import plain
 HERE = Path(__file__).parent
 SCRIPTS = ("words.js", "map.js", "marks.js", "curves.js", "page.js")  # one after the other
 POLICY = re.compile(r'(<meta http-equiv="Content-Security-Policy"[^>]*>)')
+NO_PARTS = dict.fromkeys(("ABOUT", "SOON", "ODDS", "STILL", "METHODS", "LEGS", "NOTES"), "")
+# Has a page that is to be replaced by a better one looked for again every few seconds: by the
+# browser where no script runs, and else by the script, which keeps what is looked at.
+AGAIN = '<noscript><meta http-equiv="refresh" content="3"></noscript>\n'
 # What would end the block that data stand in, or a line of a script.
 UNSAFE = str.maketrans({c: f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"})
 
@@ -41,6 +45,16 @@ def document(*, title: str, data: Mapping[str, Any], parts: Mapping[str, str]) -
     }
     template = (HERE / "template.html").read_text(encoding="utf-8")
     return filled(template, every)
+
+
+def reloading(text: str) -> str:
+    """Return a page that looks for a better one in its place."""
+    return text.replace("<title>", f"{AGAIN}<title>", 1)
+
+
+def settled(text: str) -> str:
+    """Return a page that does not, or no longer."""
+    return text.replace(AGAIN, "", 1)
 
 
 def filled(template: str, parts: Mapping[str, str]) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 from planner.arrays import Floats
 from planner.flight.airspace import Airspace
 from planner.flight.pieces import along
-from planner.flight.plan import Plan
 from planner.futures.knots import Knots
 from planner.messages import plain
 from planner.network.road_network import RoadNetwork
@@ -86,15 +85,14 @@ def areas_content(airspace: Airspace | None) -> dict[str, list[list[list[float]]
     return found
 
 
-def view_of(network: RoadNetwork, plan: Plan, knots: Knots) -> Box:
-    """Return what a page shows first: the flight, and most of the targets' ways, on the net."""
+def view_of(network: RoadNetwork, flown_m: list[Floats], knots: Knots) -> Box:
+    """Return what a page shows first: the flights, and most of the targets' ways, on the net."""
     low_m, high_m = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
     if network.is_abstract:
         places_m = np.stack([low_m, high_m])
     else:
-        flown = [np.stack([track.x_m, track.y_m], axis=1) for track in plan.tracks]
         most = np.quantile(knots.xy_m, [EDGE, 1 - EDGE], axis=0) if len(knots.xy_m) else low_m[None]
-        places_m = np.clip(np.concatenate([*flown, most]), low_m, high_m)
+        places_m = np.clip(np.concatenate([*flown_m, most]), low_m, high_m)
     return with_room(places_m.min(axis=0), places_m.max(axis=0))
 
 

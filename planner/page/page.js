@@ -16,19 +16,24 @@ tables.forEach((rows, u) => rows.forEach((row, i) => {
 }));
 const legAt = (legs) => legs.findIndex((leg) => now < leg[2]);
 
+// What each drone does, and does next; which one, where there are several.
+const doings = D.uavs.map(() => {
+  const line = add($("doing"), "p", "");
+  return [add(line, "b", ""), add(line, "span", "")];
+});
+function doing({ legs, waypoints }, u) {
+  const i = legAt(legs), who = D.uavs.length > 1 ? "drone " + (u + 1) + ": " : "";
+  if (now < D.start_s) return [who + "on the ground", "takes off " + clock(D.start_s)];
+  if (i < 0) return [who + (waypoints.length && now < waypoints.at(-1)[0] ? "flying" : "landed"), ""];
+  const next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
+  return [who + (i + 1) + " " + legs[i][0], next];
+}
 function tell() {
-  const share = odds(found(D.curves[0], now)), legs = D.uavs.length ? D.uavs[0].legs : [], i = legAt(legs);
+  const share = odds(found(D.curves[0] || [0], now)), did = D.uavs.map(doing);
   $("clock").textContent = clock(now);
   $("since").textContent = D.clock ? span(now) + " after the sighting" : "after the sighting";
   $("found").textContent = share;
-  let doing = "landed", next = "";
-  if (now < D.start_s) [doing, next] = ["on the ground", "takes off " + clock(D.start_s)];
-  else if (i >= 0) {
-    doing = i + 1 + "  " + legs[i][0];
-    next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
-  } else if (D.uavs.length && D.uavs[0].waypoints.length && now < D.uavs[0].waypoints.slice(-1)[0][0]) doing = "flying";
-  $("leg").textContent = doing;
-  $("then").textContent = next;
+  doings.forEach((line, u) => line.forEach((part, k) => (part.textContent = did[u][k])));
   tables.forEach((rows, u) => {
     const here = now < D.start_s ? -1 : legAt(D.uavs[u].legs);
     rows.forEach((row, k) => {
@@ -37,7 +42,7 @@ function tell() {
       else row.removeAttribute("aria-current");
     });
   });
-  const text = clock(now) + ", " + share + " found, " + doing;
+  const text = [clock(now), ...(D.curves.length ? [share + " found"] : []), ...did.map(([what]) => what)].join(", ");
   $("time").value = Math.round(now);
   $("time").setAttribute("aria-valuetext", text);
   if (!playing && !following && $("state").textContent !== text) $("state").textContent = text;
@@ -225,6 +230,21 @@ addEventListener("resize", () => show());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
 addEventListener("beforeprint", () => paper(true));
 addEventListener("afterprint", () => paper(false));
+
+// While a call is planned a better page takes this one's place, and shows what this one did.
+const held = location.hash.slice(1).split(",").map(Number);
+const isHeld = held.length === 6 && held.every(Number.isFinite);
+if (isHeld && held[3]) [view, isWhole] = [{ x: held[1], y: held[2], scale: held[3] }, false];
 repaint();
+if (isHeld) $("panel").scrollTop = held[4];
+if (document.head.querySelector("noscript")) setInterval(() => {
+  if (fingers.size || pin) return;
+  const how = following ? 0 : playing ? 1 : 2;
+  location.replace("#" + [now, view.x, view.y, isWhole ? 0 : view.scale, $("panel").scrollTop, how]);
+  location.reload();
+}, 3000);
 const gone = D.clock ? (Date.now() - D.clock.sighted_ms) / 1000 : -1;
-if (gone >= 0 && gone <= D.end_s) follow();
+if (isHeld && held[5]) {
+  set(held[0]);
+  play(held[5] === 1);
+} else if (gone >= 0 && gone <= D.end_s) follow();

@@ -13,11 +13,10 @@ from planner.page.document import document, markup
 from planner.page.rows import Row
 from planner.page.shown import Shown
 from planner.page.still import still
-from planner.page.words import odds, soon_s
+from planner.page.words import UNTITLED, odds, soon_s
 from planner.report.formats import length
 
 NEARLY_ALL = 0.99  # of the finds; the headline has no times between that and the end
-UNTITLED = "Search for a vehicle"
 LIMITS = (
     "The sensor is taken to see everything within its radius. This is research software, not "
     "certified for flight."
@@ -38,6 +37,7 @@ def page(run: Shown) -> str:
     )
     soon = soon_s(run.until_s)
     parts = {
+        "KIND": "plan",
         "ABOUT": markup(_about(run)),
         "SOON": "minute" if soon == 60.0 else f"{soon / 60:g} minutes",
         "ODDS": _odds(run),
@@ -162,7 +162,7 @@ def _notes(run: Shown) -> Iterator[str]:
         f"making the plan. Found by {until}: {odds(evaluated.detection_probability)} "
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
-    left = left_unseen(run.fresh, evaluated.seen_at, run.until_s)
+    left = left_unseen(run.fresh, evaluated, run.until_s)
     if left > 0.0:
         gone = gone_by(run.fresh, run.until_s)
         yield f"Off the map by {until}: {odds(gone)}, of which not seen before: {odds(left)}."

@@ -14,7 +14,7 @@ from planner.flight.track import Track
 from planner.network.beside import nearest_road
 from planner.network.lines import Lines
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import has_street_names, road_phrase, street_names
+from planner.network.street_names import has_street_names, road_phrase, street_at, street_names
 
 HOVERS, CLIMBS, COMES_DOWN = "hover", "climb", "come down"
 HOME = "to the landing place"
@@ -75,7 +75,7 @@ def _straight_rows(
     times_s = track.time_s[kept].tolist()
     places = np.stack([track.x_m, track.y_m], axis=1)[kept]
     moves = np.any(np.diff(places, axis=0) != 0.0, axis=1)
-    names = iter(_streets(places[:-1][moves], places[1:][moves], network, radius_m))
+    names = _ways(places[:-1][moves], places[1:][moves], network, radius_m)
     for k, (start_s, end_s) in enumerate(pairwise(times_s)):
         step_m = places[k + 1] - places[k]
         if not moves[k]:
@@ -98,24 +98,21 @@ def _stays(track: Track, start_s: float, end_s: float) -> str:
     return HOVERS
 
 
-def _streets(from_m: Floats, to_m: Floats, network: RoadNetwork, radius_m: float) -> list[str]:
-    """Return along which street straight ways go, (n,), or to which one across country."""
-    many = len(from_m)
-    if not many:
-        return []
-    first = np.arange(many + 1) * 2
-    ways = Lines(first, np.stack([from_m, to_m], axis=1).reshape(-1, 2))
-    ends = Lines(first, np.repeat(to_m, 2, axis=0))
+def _ways(from_m: Floats, to_m: Floats, network: RoadNetwork, radius_m: float) -> Iterator[str]:
+    """Yield along which street each of the straight ways goes, or to which one across country."""
+    if not len(from_m):
+        return
+    ways = Lines(np.arange(len(from_m) + 1) * 2, np.stack([from_m, to_m], axis=1).reshape(-1, 2))
     called = network.road_ids if network.is_abstract else street_names(network).road
-    roads = network.road_lines
-    along = nearest_road(roads, ways)
-    near = roads.off(along, from_m, to_m) <= radius_m
-    return [
-        called[way] or UNNAMED
-        if is_near
-        else (f"across to {called[end]}" if called[end] else ACROSS)
-        for way, end, is_near in zip(along, nearest_road(roads, ends), near, strict=True)
-    ]
+    along = nearest_road(network.road_lines, ways)
+    near = network.road_lines.off(along, from_m, to_m) <= radius_m
+    for way, end_m, is_near in zip(along, to_m, near, strict=True):
+        if is_near:
+            yield called[way] or UNNAMED
+        else:
+            there = street_at(network, end_m)
+            name = network.edge_ids[there.edge] if network.is_abstract else there.name
+            yield f"across to {name}" if name else ACROSS
 
 
 def _joined(rows: Iterator[Row]) -> Iterator[Row]:

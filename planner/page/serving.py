@@ -6,14 +6,12 @@ from typing import Any
 from planner.flight.airspace import Airspace
 from planner.network.road_network import RoadNetwork
 from planner.page.content import net_content
-from planner.page.document import HERE, document, filled, instrument, markup
-
-PARTS = ("ABOUT", "SOON", "ODDS", "STILL", "METHODS", "LEGS", "NOTES")
+from planner.page.document import HERE, NO_PARTS, document, filled, instrument, markup, settled
 
 
 def page_of_net(network: RoadNetwork, title: str, airspace: Airspace | None = None) -> str:
     """Return a page of a net alone, and of where the drone may be."""
-    parts = dict.fromkeys(PARTS, "") | {"CREDIT": markup(network.attribution)}
+    parts = NO_PARTS | {"KIND": "net", "CREDIT": markup(network.attribution)}
     return document(title=title, data=net_content(network, airspace), parts=parts)
 
 
@@ -33,6 +31,7 @@ def served(
     state
         ``said``: what fields of the form hold, by name; ``plans``: how many this page knows of.
     """
+    text = settled(text)  # its form says when there is a better one
     form = (HERE / "instrument.html").read_text(encoding="utf-8")
     parts = {
         "PROFILES": "".join(f"<option>{markup(name)}</option>" for name in profiles),

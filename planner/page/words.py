@@ -4,13 +4,14 @@ import math
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from planner.clock import clock
+from planner.clock import clock, to_minute, to_second
 from planner.messages import UNSEEN
 
 QUOTES_OF_POWERSHELL = "'\u2018\u2019\u201a\u201b"  # all of which end a text in single ones
 # Between the times of the headline.
 STEPS_S = (60, 120, 300, 600, 900, 1200, 1800, 3600, 7200, 14400)
 MOST_ODDS = 5  # of a headline
+UNTITLED = "Search for a vehicle"
 
 
 @dataclass(frozen=True)
@@ -23,14 +24,14 @@ class Clock:
         """Return a time to the second."""
         if self.sighted_at is None:
             return clock(time_s)
-        return self._moment(time_s).strftime("%H:%M:%S")
+        return to_second(self._moment(time_s))
 
     def short(self, time_s: float) -> str:
-        """Return a time to the minute."""
+        """Return a time by which something is so, to the minute."""
         if self.sighted_at is None:
             minutes = time_s / 60.0
             return f"{minutes:,.0f} min" if minutes >= 1.0 else f"{time_s:.0f} s"
-        return self._moment(time_s).strftime("%H:%M")
+        return to_minute(self._moment(time_s))
 
     def round_times_s(self, from_s: float, until_s: float) -> list[float]:
         """Return some round times after one and up to another, seconds on the target's clock."""

@@ -11,14 +11,15 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from planner.arrays import Floats
+from planner.clock import to_minute, to_second
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
 from planner.detection.prospects import gone_by
-from planner.mission.call import Call, clock_time
+from planner.mission.call import Call
 from planner.mission.guess import told_reach
 from planner.mission.now_events import BetterPlan, Cloud, Condition, FirstPlan, NoBetter, Outlook
 from planner.network.georeference import coordinates, grid_convergence_deg, is_georeferenced
-from planner.network.street_names import road_phrase
+from planner.network.street_names import road_phrase, street_at
 from planner.report.formats import length
 
 WIDTH, MARGIN = 71, 8  # characters of a line, and how far to the right it stands
@@ -67,7 +68,7 @@ def no_better_line(event: NoBetter) -> str:
 
 def take_off(event: FirstPlan) -> str:
     """Return when the drone takes off, on the watch."""
-    return at(event.call, _take_off(event))
+    return to_second(_moment(event.call, _take_off(event)), event.call.called_at)
 
 
 def _lead(lead: Ahead) -> str:
@@ -102,8 +103,8 @@ def screen(event: FirstPlan, outlook: Outlook | None = None) -> Iterator[str]:
 
 
 def at(call: Call, time_s: float) -> str:
-    """Return the time of day of a time on the target's clock."""
-    return clock_time(_moment(call, time_s), call.called_at)
+    """Return the time of day of a time on the target's clock, to the minute."""
+    return to_minute(_moment(call, time_s), call.called_at)
 
 
 def _moment(call: Call, time_s: float) -> datetime:
@@ -150,7 +151,10 @@ def first_leg(event: FirstPlan) -> str:
         bearing_deg += float(grid_convergence_deg(network, xy_m[0]))
         kind = " true"
     legs = event.trial.plan.legs[0]
-    street = road_phrase(network, legs[0].leg) if legs else _street_at(event, to_m)
+    near = street_at(network, to_m)
+    street = near.name if near.away_m <= BESIDE_M else ""
+    if legs:
+        street = road_phrase(network, legs[0].leg)
     way = f"{round(bearing_deg) % 360:03d} deg{kind}, {length(float(np.hypot(*step)))}"
     place = coordinates(network, to_m)
     return f"to {street}: {way}, to {place}" if street else f"{way}, to {place}"
@@ -173,12 +177,6 @@ def _is_straight(xy_m: Floats) -> bool:
     along_m = steps @ whole / long_m
     off_m = np.abs(steps @ np.array([-whole[1], whole[0]]) / long_m)
     return bool(off_m.max() <= STRAIGHT_M and np.all(np.diff(along_m) >= 0.0))
-
-
-def _street_at(event: FirstPlan, xy_m: Floats) -> str:
-    """Return the street at a place; "" where none is near."""
-    near = event.opened.network.edge_lines.nearest(xy_m)
-    return event.opened.network.edge_street[near.line] if near.away_m <= BESIDE_M else ""
 
 
 def _sites(event: FirstPlan, end_s: float) -> str:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.arrays import Floats
 from planner.detection.chase import chased_alone
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import left_unseen
@@ -63,8 +62,7 @@ def draw_curves(
     if problem.network.is_abstract:
         _draw_arrivals(axes, list(evaluations.values())[-1], until_s, unit_s)
     else:
-        seen_at = next(iter(evaluations.values())).seen_at
-        _draw_limits(axes, problem, seen_at, until_s, unit_s)
+        _draw_limits(axes, problem, next(iter(evaluations.values())), until_s, unit_s)
         axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))  # no halves of minutes
     label = "horizon"
     if until_s < problem.horizon_s:
@@ -89,7 +87,7 @@ def draw_curves(
 
 def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation], until_s: float) -> None:
     """Put the legend into the corner that the curves leave free, above the strip of times."""
-    early = [float(e.weight @ (e.seen_at <= 0.4 * until_s)) > 0.35 for e in evaluations.values()]
+    early = [e.found_by_probability(0.4 * until_s) > 0.35 for e in evaluations.values()]
     if all(early):
         axes.legend(loc="lower right", bbox_to_anchor=(0.985, 0.05), framealpha=0.95)
     else:
@@ -126,12 +124,12 @@ def _draw_arrivals(axes: "Axes", evaluation: Evaluation, until_s: float, unit_s:
 
 
 def _draw_limits(
-    axes: "Axes", problem: Problem, seen_at: Floats, until_s: float, unit_s: float
+    axes: "Axes", problem: Problem, evaluated: Evaluation, until_s: float, unit_s: float
 ) -> None:
     """Shade what has left the map unseen, from above, and draw what no flight surpasses."""
     times_s = np.linspace(0.0, until_s, 200)
     futures = problem.futures
-    left = np.array([left_unseen(futures, seen_at, time_s) for time_s in times_s.tolist()])
+    left = np.array([left_unseen(futures, evaluated, time_s) for time_s in times_s.tolist()])
     if left[-1] >= LEAST_LEFT:
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
         label = f"futures that leave the map unseen: {left[-1]:.0%}"

@@ -69,7 +69,7 @@ def _rows(found: Debrief) -> Iterator[_Row]:
 
 
 def _found_by(evaluation: Evaluation, time_s: float) -> Floats:
-    return np.asarray(evaluation.found & (evaluation.seen_at <= time_s), dtype=np.float64)
+    return np.asarray(evaluation.found_by(time_s), dtype=np.float64)
 
 
 def odds_table(found: Debrief) -> FittingTable:

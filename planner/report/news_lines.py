@@ -18,10 +18,15 @@ def verdict(found: Replanned, lead: Ahead) -> str:
     at = clock(found.resumed.at_s)
     if found.is_kept:
         return f"from {at}: the plan there was goes on, as nothing better was found"
+    return f"from {at}: {saving(found, lead)}"
+
+
+def saving(found: Replanned, lead: Ahead) -> str:
+    """Return what a new plan saves against the one there was."""
     gain = f"{lead.share:.1%} (95 %: {lead.low:.1%} .. {lead.high:.1%}, paired)"
     if found.problem.objective.by_s is not None:
-        return f"from {at}: a new plan, which finds {gain} more than the one there was"
-    return f"from {at}: a new plan; of the time still to come it saves {gain}"
+        return f"a new plan, which finds {gain} more than the one there was"
+    return f"a new plan; of the time still to come it saves {gain}"
 
 
 def contact_line(planned: Evaluation, waiting: Evaluation) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import compass
 from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
@@ -44,7 +45,6 @@ from planner.search.problem import Problem
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 # How many moments are shown beside a plan, and how wide, inches.
 ON_GRID, IN_TOWN = (4, 1.375), (3, 1.86)
 MOST_PIECES = 300  # of a flight, that a map shows
@@ -72,7 +72,8 @@ def plan_picture(
     OutputError
         If the file cannot be written.
     """
-    seen_at = next(iter(evaluations.values())).seen_at
+    evaluated = next(iter(evaluations.values()))
+    seen_at = evaluated.seen_at
     attribution = problem.network.attribution
     with new_figure(path, (12.8, 6.9), title, attribution) as figure:
         until_s = shown_until_s(problem, evaluations.values())
@@ -87,7 +88,7 @@ def plan_picture(
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
-            left = left_unseen(problem.futures, seen_at, time_s)
+            left = left_unseen(problem.futures, evaluated, time_s)
             size = 8.0 if in_town else 9.0  # there are more words above wider maps
             axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=size, pad=3.5)
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
@@ -255,7 +256,7 @@ def _flight_note(problem: Problem, view: View) -> str:
     where = "from the triangle"
     if not view.contains(start):
         offset = start - roads[np.argmin(np.linalg.norm(roads - start, axis=1))]
-        side = COMPASS[round(np.degrees(np.arctan2(offset[0], offset[1])) / 45) % 8]
+        side = compass.words(float(np.degrees(np.arctan2(offset[0], offset[1]))))
         where = f"{length(float(np.hypot(*offset)))} {side} of the net"
     return f"UAV takes off at {clock(uav.take_off_s)}, {where};"
 

@@ -19,7 +19,7 @@ from planner.messages import counted
 from planner.mission.trial import Trial
 from planner.network.georeference import coordinates, is_georeferenced
 from planner.network.road_network import RoadNetwork
-from planner.network.street_names import has_street_names, road_phrase
+from planner.network.street_names import has_street_names, road_phrase, street_at
 from planner.report.formats import Column, FittingTable, percent
 from planner.search.methods import is_pattern
 
@@ -181,9 +181,8 @@ def waypoints_table(
 
 def _street(network: RoadNetwork, xy_m: Floats) -> str:
     """Return in or near which street a place is; "" where that has no name."""
-    near = network.edge_lines.nearest(xy_m)
-    name = network.edge_street[near.line]
-    return f"near {name}" if name and near.away_m > BESIDE_M else name
+    name, _, away_m = street_at(network, xy_m)
+    return f"near {name}" if name and away_m > BESIDE_M else name
 
 
 class _Stay(NamedTuple):

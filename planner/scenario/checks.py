@@ -12,6 +12,7 @@ from planner.scenario.sections import (
     NetworkSection,
     Scenario,
     SearchSection,
+    SensorSection,
     TargetSection,
 )
 from planner.scenario.uav import UavSection
@@ -33,6 +34,7 @@ SAMPLING_KEYS = (
     "target.speed",
     "search.sampling",
 )
+DRIVING_KEYS = ("target.driving", "truth.driving")
 MOST_TICKS = 10_000_000  # to the horizon
 LONGEST_TITLE = 500  # characters
 MUCH_FASTER = 3.0  # times the target's speed; below, the paper's assumption is in doubt
@@ -122,6 +124,28 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
             f"{as_written(uav.max_flight_time_s)} s leaves no time to search: climb, descent and "
             f"reserve take {as_written(round(uav.spent_s, 1))} s; give a longer one",
         )
+    yield from _sortie_faults(uav)
+
+
+def _sortie_faults(uav: UavSection) -> Iterator[Fault]:
+    if (uav.sorties or 1) > 1:
+        for key in ("return_to", "max_flight_time_s"):
+            if getattr(uav, key) is None:
+                yield Fault(f"uav.{key}", "is missing; a UAV with uav.sorties comes home: give it")
+    elif uav.swap_s is not None:
+        yield Fault("uav.swap_s", "says nothing without uav.sorties, 2 or more; give both")
+
+
+def sensor_faults(sensor: SensorSection) -> Iterator[Fault]:
+    """Yield what is wrong with how surely a sensor sees."""
+    width_m = sensor.sweep_width_m
+    if width_m is None:
+        return
+    if sensor.detects is not None:
+        yield Fault("sensor.sweep_width_m", "says what sensor.detects says; give one of them")
+    if width_m > 2.0 * sensor.radius_m:
+        text = f"is wider than the sensor sees, {as_written(2.0 * sensor.radius_m)} m"
+        yield Fault("sensor.sweep_width_m", f"{text}; write less, or a greater radius_m")
 
 
 def horizon_faults(

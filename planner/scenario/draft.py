@@ -15,6 +15,7 @@ from planner.messages import as_written, suggestion
 from planner.scenario import checks
 from planner.scenario.aircraft_file import aircraft_written_out
 from planner.scenario.faults import faults_of
+from planner.scenario.fleet import named_for, uav_tables, with_heights
 from planner.scenario.news import NewsSection
 from planner.scenario.profiles import inherited, written_out
 from planner.scenario.sections import (
@@ -30,6 +31,7 @@ from planner.scenario.sections import (
 )
 from planner.scenario.source import Source, read_source
 from planner.scenario.target_checks import sampling_faults, target_faults
+from planner.scenario.traffic import TrafficSection, driving_faults, traffic_faults
 from planner.scenario.uav import UavSection
 from planner.scenario.values import Section
 
@@ -54,12 +56,21 @@ class Draft:
     uav: UavSection | None
     sensor: SensorSection | None
     airspace: AirspaceSection | None
+    traffic: TrafficSection | None
     futures: FuturesSection | None
     search: SearchSection | None
     greedy: GreedySection | None
     news: NewsSection | None
     truth_keys: frozenset[str]  # what the file says about the truth alone
     faults: tuple[Fault, ...]
+    others: tuple[UavSection, ...] = ()  # UAVs beside the first, as far as they are tables
+
+    @property
+    def uavs(self) -> tuple[tuple[str, UavSection], ...]:
+        """All UAVs that can be understood, by key; all others are among the faults."""
+        known = ([] if self.uav is None else [self.uav]) + [*self.others]
+        names = [f"uav[{number}]" for number in range(len(known))] if self.others else ["uav"]
+        return tuple(zip(names, known, strict=False))
 
     @property
     def folder(self) -> Path:
@@ -82,7 +93,7 @@ class Draft:
         if self.faults:
             raise ScenarioError(str(self.path), self.faults)
         sections = {key: getattr(self, key) for key in SECTIONS}
-        scenario = Scenario(path=self.path, title=self.title, **sections)
+        scenario = Scenario(path=self.path, title=self.title, others=self.others, **sections)
         warning = checks.slow_uav_warning(scenario)
         if warning:
             log.log(logging.INFO if in_town else logging.WARNING, "%s", warning)
@@ -128,8 +139,13 @@ def read_draft(
     faults = list(source.faults)
     title, tables, truth = _tables(source, faults)
     sections: dict[str, Any] = dict.fromkeys(SECTIONS)
+    others: list[UavSection] = []
     if source.parsed:
         for key, model in SECTIONS.items():
+            if model is UavSection:
+                (sections[key], *others), found = _uavs(tables[key])
+                faults += found
+                continue
             sections[key], errors = model.attempt(tables[key])
             found = [*faults_of(key, model, errors)]
             found += _own_faults(key, sections[key], source.folder, sound=not errors)
@@ -137,14 +153,33 @@ def read_draft(
                 found = [one for one in found if not inherited(tables[key], one, key)]
             # What the truth shares with the target is reported there.
             faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
-        faults += _joint_faults(sections, faults)
+        faults += _joint_faults(sections, others, faults)
     return Draft(
         path=source.path,
         title=title,
         truth_keys=frozenset(truth),
         faults=tuple(faults),
+        others=tuple(others),
         **sections,
     )
+
+
+def _uavs(said: Any) -> tuple[list[Any], list[Fault]]:
+    """Return a section for each UAV, and their faults; None in place of one that is no table.
+
+    Where there are several, those that are no tables are left out.
+    """
+    if said == []:
+        return [None], [Fault("uav", "is an empty list; give a table for each UAV, or [uav]")]
+    sections, faults = [], list[Fault]()
+    for key, table in uav_tables(said):
+        section, errors = UavSection.attempt(table)
+        sections.append(section)
+        faults += faults_of(key, UavSection, errors)
+        if section is not None and not errors:  # a faulty key is not missing
+            faults += named_for(key, checks.uav_faults(section))
+    known = [section for section in sections if section is not None]
+    return known or [None], faults
 
 
 def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], Mapping[str, Any]]:
@@ -179,13 +214,26 @@ def _tables(source: Source, faults: list[Fault]) -> tuple[str, dict[str, Any], M
             faults += checks.faults_of_fields(found, key, truth) if key == "truth" else found
     if "profile" in truth:
         truth = {**tables["truth"], **truth}
-    if isinstance(tables["uav"], dict) and not source.of_run:
-        net = tables["network"]
-        abstract = isinstance(net, dict) and net.get("abstract") is True
-        tables["uav"] = aircraft_written_out(
-            tables["uav"], source.folder, faults, abstract=abstract
-        )
+    if not source.of_run:
+        tables["uav"] = _with_aircraft(tables["uav"], tables["network"], source.folder, faults)
     return str(title), tables, truth
+
+
+def _with_aircraft(said: Any, net: Any, folder: Path, faults: list[Fault]) -> Any:
+    """Return what is said of the UAVs with the keys of their aircraft, each at a height."""
+    abstract = isinstance(net, dict) and net.get("abstract") is True
+    named, full = uav_tables(said), []
+    for key, table in named:
+        found: list[Fault] = []
+        if isinstance(table, dict):
+            full.append(aircraft_written_out(table, folder, found, abstract=abstract))
+        else:
+            full.append(table)
+        faults += named_for(key, found)
+    if len(full) == 1:
+        return full[0]
+    usual_m = UavSection.model_fields["altitude_m"].default
+    return with_heights([table for _, table in named], full, usual_m)
 
 
 def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool) -> list[Fault]:
@@ -195,24 +243,34 @@ def _own_faults(key: str, section: Section | None, folder: Path, *, sound: bool)
         return [*choice, *checks.missing_files(section, folder)]
     if isinstance(section, AirspaceSection):
         return list(checks.missing_areas(section, folder))
+    if isinstance(section, TrafficSection):
+        return list(traffic_faults(section, folder)) if sound else []
     if isinstance(section, TargetSection):
         return list(target_faults(key, section, folder))
-    if isinstance(section, UavSection):
-        return list(checks.uav_faults(section)) if sound else []  # a faulty key is not missing
+    if isinstance(section, SensorSection):
+        return list(checks.sensor_faults(section)) if sound else []
     return []
 
 
-def _joint_faults(sections: Mapping[str, Any], faults: Sequence[Fault]) -> list[Fault]:
+def _joint_faults(
+    sections: Mapping[str, Any], others: Sequence[UavSection], faults: Sequence[Fault]
+) -> list[Fault]:
     """Return what sections disagree on, where the keys that it depends on are themselves sound."""
     target, uav, search = (sections[key] for key in ("target", "uav", "search"))
     found: list[Fault] = []
     truth = sections["truth"]
     if target and truth and not _any_about(faults, "target.sighted_at", "truth.sighted_at"):
         found += checks.clock_faults(target, truth)
-    if target and uav and search and not _any_about(faults, *checks.HORIZON_KEYS):
-        found += checks.horizon_faults(target, uav, search)
+    if target and uav and search and not _any_about(faults, "uav[", *checks.HORIZON_KEYS):
+        for number, one in enumerate([uav, *others]):
+            key = f"uav[{number}]" if others else "uav"
+            found += named_for(key, checks.horizon_faults(target, one, search))
+        found = list(dict.fromkeys(found))  # what is wrong for several is told once
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
         found += sampling_faults(target, search)
+    traffic = sections["traffic"]
+    if target and truth and traffic and not _any_about(faults, "traffic", *checks.DRIVING_KEYS):
+        found += driving_faults(target.driving, truth.driving, traffic)
     greedy = sections["greedy"]
     if greedy and search and not _any_about(faults, "greedy.tick_s", "search.horizon_s"):
         found += checks.tick_faults(search, greedy)

@@ -15,6 +15,7 @@ OF_ALL = (
     "driving",
     "signals",
     "probability_present",
+    "hidden",
     "last_seen_ago_s",
     "last_seen_window_s",
 )

@@ -14,11 +14,14 @@ from planner.scenario.areas import Area
 from planner.scenario.news import NewsSection
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
+from planner.scenario.traffic import TrafficSection
 from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
+    Detects,
     Distances,
     DistributionSection,
+    Hidden,
     Moment,
     Name,
     PositiveSeconds,
@@ -110,7 +113,7 @@ class TargetSection(Section):
         default="equal",
         description='"equal", { AB = { BC = 0.5, BD = 0.5 } } or { file = "turns.xml" }',
     )
-    driving: Literal["constant", "free"] = "constant"
+    driving: Literal["constant", "free", "traffic"] = "constant"
     signals: Literal["unknown", "known"] | None = Field(
         default=None,
         description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
@@ -119,6 +122,11 @@ class TargetSection(Section):
     probability_present: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = Field(
         default=1.0,
         description="the probability that the target is there at all, above 0 and at most 1",
+    )
+    hidden: Hidden | None = Field(
+        default=None,
+        description="the probability that it is where no pass can see it, such as a garage: from "
+        "0 to below 1, or leave it out for 0",
     )
     last_seen_ago_s: Seconds = Field(
         default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
@@ -160,13 +168,23 @@ class Component(TargetSection):
 
 
 class SensorSection(Section):
-    """The perfect sensor."""
+    """How far the sensor sees, and how surely."""
 
     radius_m: Radius = Field(
         default=500.0, description="the detection radius in metres, such as 500"
     )
     detects_in_transit: bool = Field(
         default=True, description="true if the sensor is on between roads as well, else false"
+    )
+    detects: Detects | None = Field(
+        default=None,
+        description="the probability that one pass at the UAV's speed straight over a resting "
+        "target sees it, above 0 and at most 1, or leave it out for 1",
+    )
+    sweep_width_m: Radius | None = Field(
+        default=None,
+        description="in place of detects, how wide a swath a perfect sensor would sweep to find "
+        "as many, in metres, at most twice the radius, or leave it out",
     )
 
 
@@ -270,6 +288,7 @@ SECTIONS: dict[str, type[Section]] = {
     "uav": UavSection,
     "sensor": SensorSection,
     "airspace": AirspaceSection,
+    "traffic": TrafficSection,
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
@@ -289,10 +308,17 @@ class Scenario:
     uav: UavSection
     sensor: SensorSection
     airspace: AirspaceSection
+    traffic: TrafficSection
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
     news: NewsSection
+    others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
+
+    @property
+    def uavs(self) -> tuple[UavSection, ...]:
+        """All UAVs, the first one first."""
+        return (self.uav, *self.others)
 
     @property
     def name(self) -> str:
@@ -306,15 +332,21 @@ class Scenario:
 
     @property
     def take_off_s(self) -> float:
-        """When the UAV takes off, seconds on the target's clock."""
-        return self.target.last_seen_ago_s + self.uav.take_off_s
+        """When the first UAV takes off, seconds on the target's clock."""
+        return self.target.last_seen_ago_s + min(uav.take_off_s for uav in self.uavs)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the whole scenario as plain values that a scenario file may hold as well."""
         sections = {key: getattr(self, key) for key in SECTIONS}
-        plain = {
+        plain: dict[str, Any] = {
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        silent = [key for key in ("airspace", "futures", "news") if not plain[key]]
+        if self.others:
+            plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
+        silent = [
+            key
+            for key in ("airspace", "traffic", "futures", "news")
+            if getattr(self, key) == SECTIONS[key]()
+        ]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}

@@ -259,15 +259,41 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
         text = "is not a dotted key; write it as in uav.start.distance_m"
         faults.append(Fault(key, text, unknown=True))
         return
-    table = tables
+    if parents[:1] == ["uav"] and parents[1:] and parents[1].isdigit():
+        one = tables.setdefault("uav", {})
+        tables["uav"] = [one] if isinstance(one, dict) else one  # [uav] is a list of one
+    places: list[Any] = [tables]
     for depth, name in enumerate(parents):
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
+        places = [inner for place in places for inner in _led_to(place, name)]
+        wrong = [inner for inner in places if not _holds_tables(inner)]
+        if wrong or not places:
             within = ".".join(parents[: depth + 1])
-            text = f"{within} is {as_written(table)}, not a table; set {within} as a whole"
-            faults.append(Fault(key, text))
+            is_what = f"is {as_written(wrong[0])}, not a table" if wrong else "is not in the list"
+            faults.append(Fault(key, f"{within} {is_what}; set {within} as a whole"))
             return
-    table[last] = value
+    for place in places:
+        for table in place if isinstance(place, list) else [place]:
+            table[last] = copy.deepcopy(value)
+
+
+def _holds_tables(place: Any) -> bool:
+    """Return whether something is a table, or a list of tables."""
+    if isinstance(place, list):
+        return all(isinstance(one, dict) for one in place)
+    return isinstance(place, dict)
+
+
+def _led_to(place: Any, name: str) -> list[Any]:
+    """Return what a part of a dotted key leads to.
+
+    From a table to what it has by that name; from a list to the entry of that number, else to
+    what each of its tables has by that name.
+    """
+    if isinstance(place, dict):
+        return [place.setdefault(name, {})]
+    if name.isdigit():
+        return list(place[int(name) : int(name) + 1])
+    return [inner for table in place for inner in _led_to(table, name)]
 
 
 def _parts(key: str) -> list[str]:

@@ -25,7 +25,7 @@ def _own_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Faul
     yield from _turning_faults(key, section, folder)
     if section.goes not in (None, "turns"):
         yield from _going_faults(key, section)
-    if section.flees is not None and section.driving != "free":
+    if section.flees is not None and section.driving == "constant":
         text = 'needs limits to exceed; write driving = "free", or leave it and its profile out'
         yield Fault(f"{key}.flees", text)
     elif section.flees is not None and section.speed_drawn == "per road":

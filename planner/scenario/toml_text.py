@@ -21,11 +21,13 @@ def scenario_text(scenario: Scenario) -> str:
         del content["truth"]  # what it is where nothing is said
     lines = [f"title = {toml_text(content.pop('title'))}"]
     for name, values in content.items():
-        lines += ["", f"[{name}]"]
-        fields = SECTIONS[name].model_fields
-        for key, value in values.items():
-            told = _meaning(fields[key]) if key in fields else None
-            lines.append(f"{key} = {toml_text(value)}" + (f"  # {told}" if told else ""))
+        several = isinstance(values, list)
+        for table in values if several else [values]:
+            lines += ["", f"[[{name}]]" if several else f"[{name}]"]
+            fields = SECTIONS[name].model_fields
+            for key, value in table.items():
+                told = _meaning(fields[key]) if key in fields else None
+                lines.append(f"{key} = {toml_text(value)}" + (f"  # {told}" if told else ""))
     return "\n".join(lines)
 
 

@@ -1,6 +1,6 @@
 """The drone of a scenario: when and where it takes off, and how its aircraft flies."""
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -16,6 +16,7 @@ from planner.scenario.values import (
 )
 
 IDEAL = "ideal"  # the paper's aircraft: at its height, at full speed and around corners at once
+MOST_SORTIES = 50
 RESERVE = 0.2  # of a real aircraft's time in the air, if nothing is said
 
 
@@ -88,6 +89,21 @@ class UavSection(Section):
         default=None,
         description="{ place = { x_m = 0, y_m = 0 }, at_s = 300, left_s = 900 } if it flies "
         "already, or leave it out",
+    )
+    sorties: Annotated[int, Field(ge=1, le=MOST_SORTIES)] | None = Field(
+        default=None,
+        description="how often it flies, with a full battery each time, such as 4, or leave it "
+        "out: once",
+    )
+    swap_s: Seconds | None = Field(
+        default=None,
+        description="how long it stands on the ground between two flights, as seconds or H:M:S, "
+        "or leave it out: not at all; goes with sorties",
+    )
+    sensor_radius_m: Radius | None = Field(
+        default=None,
+        description="the radius of a sensor of its own in metres, or leave it out for "
+        "sensor.radius_m",
     )
 
     @property

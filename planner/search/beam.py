@@ -15,6 +15,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
+from planner.flight.track import Track
 from planner.search.fastest import FEW
 from planner.search.kernels.beam import (
     BEST,
@@ -82,9 +83,13 @@ class RewardToGo:
     @classmethod
     def of(cls, problem: Problem, order: Sequence[int]) -> "RewardToGo":
         """Return what the sightings of a road order have brought after each time."""
+        return cls.of_flights(problem, plan_of_legs(problem, "", order).tracks)
+
+    @classmethod
+    def of_flights(cls, problem: Problem, tracks: Sequence[Track]) -> "RewardToGo":
+        """Return what the sightings of flights together have brought after each time."""
         step_s = bucket_s(problem) / STEPS_PER_BUCKET
-        flown = plan_of_legs(problem, "", order).tracks
-        seen_at = evaluate(flown, problem.futures, problem.sensor, problem.objective).seen_at
+        seen_at = evaluate(tracks, problem.futures, problem.sensor, problem.objective).seen_at
         first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
         by_time = np.argsort(seen_at, kind="stable")
@@ -195,7 +200,7 @@ def beam_order(
     start = start or problem.first_state
     to_go = ToGo(reward_to_go.brings, reward_to_go.first_s, reward_to_go.step_s)
     states, flown = _first_states(engine, beam, start, to_go)
-    setting, small = _setting(engine, beam.reach_m), is_small(problem)
+    setting, small = beam_setting(engine, beam.reach_m), is_small(problem)
     per_unit = 1 if small else FLIGHTS_PER_UNIT
     for number in range(len(states.heads)):
         if states.heads[number] < 0:
@@ -278,7 +283,7 @@ def _buckets(problem: Problem, beam: Beam, begin_s: float, links: Ints, figures:
     return heads
 
 
-def _setting(engine: WhatIf, reach_m: float) -> BeamSetting:
+def beam_setting(engine: WhatIf, reach_m: float) -> BeamSetting:
     """Return what a beam moves in, as its kernel takes it."""
     problem = engine.problem
     legs = problem.legs

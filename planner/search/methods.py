@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import InputError
@@ -9,6 +10,7 @@ from planner.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
+    from planner.search.own import OwnPlanner
     from planner.search.problem import Budget, Problem
     from planner.search.result import SearchResult
 
@@ -37,6 +39,7 @@ class Method:
     is_sized: bool = True  # how long it takes follows from what the scenario says
     stops: bool = False  # when asked, with the best plan so far
     is_pattern: bool = False  # what a pilot flies without a planner
+    own: "OwnPlanner | None" = None  # whose file it comes from; None: the program's own
 
 
 def _exhaustive() -> Planner:
@@ -248,19 +251,48 @@ METHODS = (
 )
 
 
-def method_named(name: str) -> Method:
-    """Return the method of that name.
+def method_named(name: str, folder: Path = Path()) -> Method:
+    """Return the method of that name, or a user's own planner as ``path.py:function``.
+
+    Parameters
+    ----------
+    folder
+        That the path of a file begins from.
 
     Raises
     ------
     InputError
-        If there is none; the text lists those there are.
+        If there is none; the text lists those there are. If the user's file cannot be read.
     """
     for method in METHODS:
         if method.name == name:
             return method
+    if ".py:" in str(name):
+        from planner.search.own import own_planner
+
+        return method_of(own_planner(name, folder))
     names = ", ".join(method.name for method in METHODS)
-    raise InputError(f"method {name!r} is unknown; choose one of {names}")
+    raise InputError(
+        f"method {name!r} is unknown; choose one of {names}, or a planner of your own as "
+        "path.py:function"
+    )
+
+
+def method_of(own: "OwnPlanner") -> Method:
+    """Return a user's own planner as a method, which gets whatever `best` gets.
+
+    It may be stopped early, as it is given ``budget.stop``; how long it takes is unknown.
+    """
+    return Method(
+        own.name,
+        "a planner of your own",
+        True,
+        own.load,
+        chooses=True,
+        stops=True,
+        is_sized=False,
+        own=own,
+    )
 
 
 def is_pattern(name: str) -> bool:

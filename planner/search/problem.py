@@ -11,9 +11,9 @@ from planner.arrays import Floats, Ints
 from planner.checked import choice, flag, indices, instance, lengths, set_fields, whole
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.detection.survival import Searched
 from planner.flight.airspace import Airspace
 from planner.flight.legs import Legs
-from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
@@ -37,7 +37,7 @@ class Problem:
     # many particles that have not been driven by SUMO, to search on before plans are chosen
     proposals: Futures | None = None
     start: SearchState | None = None  # where the search stands; None: before take-off
-    flown: tuple[Track, ...] = ()  # flights of others that are decided; no planner reads them yet
+    flown: tuple[Searched, ...] = ()  # flights of others that are decided, still to come or not
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
 
     def __post_init__(self) -> None:

@@ -5,13 +5,16 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from planner.cli import now as command
+from planner.cli import planning
 from planner.mission import now, now_events
 from planner.mission.now_events import Rung
-from planner.mission.run_folder import RUN
+from planner.mission.run_folder import PAGE, RUN
+from planner.page.document import AGAIN
 from planner.scenario.source import FILE
 from support.command_line import TOWN, Commands
 
@@ -56,18 +59,41 @@ def test_wrong_words_are_told_a_line_each_and_leave_nothing(
     assert all("write" in line or "give" in line for line in lines)
     said = run(name, *WORDS, "--battery", "1min")
     assert said.code == 2
-    assert "--battery (uav.max_flight_time_s): 60 s leaves no time to search" in said.err
-    said = run(name, *WORDS, "--target", "driving")  # this net has no exits to leave by
+    assert "--battery: 60 s leaves no time to search" in said.err
+    mine = Path("mine.toml")
+    mine.write_text('goes = "leaves"\nstops = 3\n', encoding="utf-8")
+    said = run(name, *WORDS[:-1], mine)
     assert said.code == 2
-    assert f"{TOWN}: --target (target.mix[1].goes): " in said.err
+    assert f"{TOWN}: --target (target.stops): " in said.err  # of a file, which has keys
+    mine.unlink()
     assert list(tmp_path.rglob("*")) == []
+
+
+def test_a_better_plan_tells_that_an_earlier_one_was_exported(
+    run: Commands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, gpx = tmp_path / "run", tmp_path / "run" / "flight" / "flight.gpx"
+    monkeypatch.setattr(now, "_is_better", lambda *_: True)
+    write_event = planning.write_event
+
+    def exported(new: Path, *rest: Any) -> None:
+        write_event(new, *rest)
+        gpx.parent.mkdir(exist_ok=True)
+        gpx.touch()
+
+    monkeypatch.setattr(planning, "write_event", exported)
+    said = run("now", *WORDS, "--until", "+9min", "-o", folder)
+    assert "is of an earlier plan; export again:" in said.out
+    assert f"planner export {folder} --force" in "".join(said.out.split("\n"))
+    assert gpx.is_file()
 
 
 def test_now_leaves_a_run_whose_scenario_gives_the_same_plan(run: Commands, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     said = run("now", *WORDS, "--until", "+9min", "-o", folder, "-j", "1")
     assert (said.code, said.err) == (0, "")
-    assert max(len(line) for line in said.out.splitlines() if "files: " not in line) <= 79
+    assert max(len(line) for line in said.out.splitlines() if str(folder) not in line) <= 79
+    assert "export again" not in said.out
     since = re.findall(r"^ *(\d+):(\d\d)  (\S+ \S+)", said.out, re.MULTILINE)
     begins = [words for _, _, words in since]
     assert begins[0] == "where it"
@@ -93,12 +119,19 @@ def test_a_key_ends_with_the_best_plan(
         yield lambda: True
 
     monkeypatch.setattr(command, "_key_pressed", pressed)
+    settle = command._settle
+    monkeypatch.setattr(command, "_settle", lambda _: None)
     monkeypatch.setattr(now_events, "RUNGS", (Rung(6, 200, 8), Rung(13, 400, 17)))
     said = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--json")
     assert said.json["stopped"]
     assert said.json["plans"] == 1
+    page = tmp_path / "run" / PAGE
+    assert AGAIN in page.read_text(encoding="utf-8")  # not settled yet
+    settle(tmp_path / "run")
+    assert AGAIN not in page.read_text(encoding="utf-8")
     told = run("now", *WORDS, "--until", "+9min", "-o", tmp_path / "run", "--events", "--force")
     events = [json.loads(line) for line in told.out.splitlines()]
+    assert AGAIN not in page.read_text(encoding="utf-8")  # programs are told
     assert events[0]["said"][0] == said.json["understood"][0]
     kinds = [event["event"] for event in events if event["event"] != "progress"]
     assert kinds == ["understood", "cloud", "plan", "done"]

@@ -41,7 +41,8 @@ def there(address: str) -> Iterator[OnCluster]:
 
 
 def answers(backend: OnCluster, function: Any, tasks: Any, files: Any = None) -> list[Any]:
-    return list(backend.answers(function, tasks, workers=2, files=files or {}))
+    given = backend.answers(function, tasks, workers=2, files=files or {})
+    return [answer for _, answer in given]
 
 
 def test_the_same_particles_give_the_same_files(
@@ -140,7 +141,7 @@ def test_a_task_that_kills_every_worker_is_given_up(started: OnCluster) -> None:
 
 def test_stopping_early_ends_what_is_under_way(there: OnCluster) -> None:
     begun = there.answers(noted_sleep, [0.0, 300.0, 300.0, 300.0], workers=2, files={})
-    assert next(begun) == 0.0
+    assert next(begun) == (0, 0.0)
     client = there._connected(1)
     assert client.run_on_scheduler(tasks_known) >= 3
     begun.close()  # type: ignore[attr-defined]

@@ -112,6 +112,7 @@ def one(particles: Particles, k: int) -> Particles:
         end_m=particles.end_m[[k]],
         flees_s=particles.flees_s[[k]],
         flees=particles.flees[[k]],
+        realisation=particles.realisation[[k]],
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from planner.belief.distribution import Listed, Normal, Uniform
 from planner.belief.habits import Flees, Stops
 from planner.belief.mixture import Mixture
-from planner.belief.particles import Particles
+from planner.belief.particles import Particles, Realisations
 from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn, Given, OneTarget, Recipe
 from planner.belief.stretches import Stretches
@@ -167,6 +167,7 @@ OTHER_DRAWN = {
     "seed": 2,
     "stream": ("particles", 0),
     "sampling": "sobol",
+    "realisations": Realisations(0, 8),
 }
 OTHER_PRIOR = {
     "edge_probability": np.roll(np.linspace(0, 1, len(figure3().edge_ids)), 1),
@@ -192,6 +193,7 @@ OTHER_TARGET = {
     "horizon_s": 901.0,
     "seed": 2,
     "stream": ("truth", 1),
+    "realisations": Realisations(8, 8),
 }
 SPEEDS = [
     Uniform(15.0, 25.0),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,7 @@ def test_a_call_becomes_a_scenario(tmp_path: Path) -> None:
     assert dict(some.understood) == {
         "last seen": "Rudower Chaussee / Wegedornstraße: 52.42885 N 13.52677 E, within 200 m, "
         "heading NE (45 deg)",
-        "seen at": "14:05, 2 min ago",
+        "seen at": "14:05:00, 2 min ago",
         "target": "lost",
         "drone at": "52.43045 N 13.52019 E",
         "aircraft": "multicopter, 15 m/s, up to 20 min in the air",
@@ -59,6 +60,43 @@ def test_what_is_not_said_has_a_default(tmp_path: Path) -> None:
     # Until the battery is empty, if a minute goes into planning; a whole minute on the clock.
     assert scenario.search.horizon_s == 60.0 * 29
     assert scenario.target.mix is not None
+
+
+def test_a_scenario_says_its_words_at_its_keys() -> None:
+    some = call(
+        last_seen="Am Studio", heading="E", ready="+3min", drone_at=("Am Studio", "52.43,13.52")
+    )
+    assert 'title = "last seen Am Studio, heading E (90 deg)"' in some.text()
+    lines = some.text().splitlines()
+    before = {line.partition(" = ")[0]: above for above, line in pairwise(lines)}
+    assert before["last_seen_ago_s"] == "# --at 14:05"
+    assert before["take_off_s"] == "# --ready +3min"
+    assert "# --last-seen Am Studio" in lines
+    assert "# --drone-at Am Studio" in lines
+    other = some.changed(uav={"start": some.sites[1]})
+    assert "# --drone-at 52.43,13.52" in other.text()
+    assert not any(line.startswith("# --until") for line in lines)
+
+
+def test_the_search_ends_at_a_whole_minute_of_the_watch() -> None:
+    some = understood(replace(WORDS, at="-2min", until="+9min"), NOW)
+    assert dict(some.understood)["until"] == "14:17"
+    assert some.tables["search"]["horizon_s"] == 11 * 60.0 + 30.0
+    assert dict(understood(replace(WORDS, at="-2min"), NOW).understood)["until"] == "14:34"
+
+
+def test_who_cannot_leave_a_net_stays_on_it(tmp_path: Path) -> None:
+    stays = "it stays on this net, which no road leaves"
+    for profile, goes in (("driving", ["somewhere", "turns"]), ("joyride", ["turns"])):
+        some = call(net=TOWN, last_seen="n", drone_at=("nw",), target=profile)
+        parts = opened(some, tmp_path).scenario.target.parts("target")
+        assert [part.goes for _, part in parts] == goes
+        said = dict(some.understood)["target"]
+        assert said == (f"{profile}; {stays}" if profile == "driving" else profile)
+    mine = tmp_path / "mine.toml"
+    mine.write_text('goes = "leaves"\n', encoding="utf-8")
+    some = call(net=TOWN, last_seen="n", drone_at=("nw",), target=str(mine))
+    assert opened(some, tmp_path).scenario.target.goes == "somewhere"
 
 
 def test_a_street_is_all_of_its_edges_that_lead_on_along_the_heading() -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.detection.sensor import Sensor
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.mission.debrief import still_unseen
@@ -20,6 +21,7 @@ STANDING = Futures(
     weight=np.array([0.2, 0.2, 0.4]),
     gone=np.zeros(3, dtype=bool),
 )
+SENSOR = Sensor(60.0)
 # Along them at 10 m/s, with the sensor on past the second one: it sees the first and the third.
 TRACK = Track(
     np.array([0.0, 300.0]),
@@ -30,12 +32,12 @@ TRACK = Track(
 
 
 def test_what_would_have_been_seen_is_ruled_out_and_the_rest_is_likelier() -> None:
-    left = still_unseen(STANDING, TRACK, 60.0, 300.0)
+    left = still_unseen(STANDING, TRACK, SENSOR, 300.0)
     assert left.x_m.tolist() == [1000.0]
     assert left.weight.tolist() == pytest.approx([0.2 / 0.4])  # the other half: there is none
-    half_way = still_unseen(STANDING, TRACK, 60.0, 100.0)
+    half_way = still_unseen(STANDING, TRACK, SENSOR, 100.0)
     assert half_way.weight.tolist() == pytest.approx([0.2 / 0.8, 0.4 / 0.8])
-    before = still_unseen(STANDING, TRACK, 60.0, -1.0)
+    before = still_unseen(STANDING, TRACK, SENSOR, -1.0)
     assert before.weight.tolist() == STANDING.weight.tolist()
 
 
@@ -43,14 +45,14 @@ def test_it_is_as_many_draws_say() -> None:
     rng = np.random.default_rng(1)
     drawn = rng.choice(4, 100_000, p=[*STANDING.weight, 0.2])  # 3: no target
     not_seen = drawn[(drawn == 1) | (drawn == 3)]
-    left = still_unseen(STANDING, TRACK, 60.0, 300.0)
+    left = still_unseen(STANDING, TRACK, SENSOR, 300.0)
     assert np.mean(not_seen == 1) == pytest.approx(left.weight[0], abs=0.01)
 
 
 def test_nothing_is_left_of_those_that_were_all_seen() -> None:
     certain = replace(STANDING, weight=np.array([0.25, 0.25, 0.5]))
     everything = replace(TRACK, sensor_on=np.array([[0.0, 300.0]]))
-    assert len(still_unseen(certain, everything, 60.0, 300.0)) == 0
+    assert len(still_unseen(certain, everything, SENSOR, 300.0)) == 0
 
 
 def test_pairs_are_held_against_each_other() -> None:

@@ -7,12 +7,13 @@ import pytest
 
 from planner.detection.first_detection import first_detection
 from planner.detection.likelihood import draws
+from planner.detection.sensor import Sensor, rate_of
 from planner.errors import InputError
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
 from planner.mission.news import given, refuse_unlikely, search_of
-from planner.scenario.news import FoundNews, News, NothingNews, ReportNews
+from planner.scenario.news import FoundNews, News, NothingNews, ReportNews, SearchedNews
 from support.instances import grid
 
 NET = grid(3, 3, road_m=5000.0)
@@ -46,6 +47,11 @@ def weights(futures: Futures, *news: News) -> Any:
     return given(futures, news, NET, speed_mps=50.0).weight
 
 
+def searched(flight: Track, detects: float = 1.0) -> SearchedNews:
+    """A flight that misses a target straight below it at 100 m/s as often as is said."""
+    return search_of(flight, Sensor(300.0, rate_per_s=rate_of(detects, 300.0, 100.0)), 100.0)
+
+
 ROW = resting([(1000.0 * k, 0.0) for k in range(100)])
 
 
@@ -66,7 +72,7 @@ def test_the_order_of_news_does_not_matter() -> None:
     flight = Track(*np.array([[0.0, 0.0, 0.0], [90.0, 9000.0, 0.0]]).T, np.array([[0.0, 90.0]]))
     news = (
         report(3000.0, 0.0, 0.7),
-        search_of(flight, 300.0, detects=0.5),
+        searched(flight, 0.5),
         report(7000.0, 0.0, 0.4, sd_m=2000.0),
     )
     assert weights(ROW, *news) == pytest.approx(weights(ROW, *news[::-1]), rel=1e-12)
@@ -88,18 +94,19 @@ def test_a_report_tells_that_there_is_a_target() -> None:
 def test_somebody_s_search_counts_as_one_of_a_uav() -> None:
     flight = Track(*np.array([[0.0, 0.0, 0.0], [90.0, 9000.0, 0.0]]).T, np.array([[0.0, 90.0]]))
     seen = np.isfinite(first_detection(ROW, flight, 300.0))
-    after = weights(ROW, search_of(flight, 300.0))
+    after = weights(ROW, searched(flight))
     assert after == pytest.approx(np.where(seen, 0.0, 1.0 / (~seen).sum()))
 
 
 def test_what_is_searched_after_a_report_counts_against_it() -> None:
     flight = Track(*np.array([[200.0, 0.0, 0.0], [300.0, 9000.0, 0.0]]).T, np.array([[0.0, 300.0]]))
-    search = search_of(flight, 300.0)
+    search = searched(flight)
     after = weights(ROW, report(3000.0, 0.0, 0.7), search)
     assert after[3] == 0.0
-    earlier = search_of(flight.later(-200.0), 300.0, detects=0.5)  # before the report is heard
+    earlier = searched(flight.later(-200.0), 0.5)  # before the report is heard
     trusted = weights(ROW, earlier, report(3000.0, 0.0, 0.7))
-    believed = 0.5 / (100 - 0.5 * 10)
+    believed = weights(ROW, earlier)[3]
+    assert believed < 0.01
     assert trusted[3] == pytest.approx(0.7 + 0.3 * believed)
 
 
@@ -131,7 +138,7 @@ def test_a_report_of_where_it_cannot_be_is_refused() -> None:
 def test_nothing_that_is_left_is_refused() -> None:
     flight = Track(*np.array([[0.0, 0.0, 0.0], [90.0, 1e5, 0.0]]).T, np.array([[0.0, 90.0]]))
     with pytest.raises(InputError, match="nothing that is believed of the target agrees"):
-        weights(ROW, search_of(flight, 300.0))
+        weights(ROW, searched(flight))
 
 
 def test_pooled_particles_keep_their_shares() -> None:

@@ -91,7 +91,7 @@ def test_without_news_little_changes_and_one_report_changes_the_plan(
 
 def test_the_plan_there_was_goes_on_unless_the_new_one_is_better(mission: Mission) -> None:
     going_on = mission.heard(Standing(1000.0))
-    worse = mission.planned(going_on, method=method_named("hover"))
+    worse = mission.planned(going_on, method=method_named("wait"))
     assert worse.is_kept
     assert worse.attempt.plan is going_on.incumbent
 

@@ -2,16 +2,20 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import (
+    crossed,
     crossing,
     has_street_names,
     named_share,
+    nearest_node,
     no_edge,
     road_phrase,
+    street_at,
     street_names,
 )
 from support.instances import by_two_letters
@@ -48,6 +52,18 @@ def test_a_road_is_told_by_its_street_and_those_that_cross_it() -> None:
     assert road_phrase(network, leg(network, "CD", 1)) == (
         "Main Street, from Long Lane towards Side Street"
     )
+
+
+def test_a_place_is_told_by_its_street_and_what_crosses_there() -> None:
+    network = net()
+    near = street_at(network, np.array([150.0, -40.0]))
+    assert (near.name, network.edge_ids[near.edge], near.away_m) == ("Main Street", "BC", 40.0)
+    assert street_at(network, np.array([0.0, 30.0])).name == ""
+    at_b = np.array([110.0, 0.0])
+    assert nearest_node(network, at_b) == (network.node_ids.index("B"), 10.0)
+    assert crossed(network, at_b, "Main Street", 60.0) == "Side Street"
+    assert crossed(network, at_b, "", 60.0) == "Main Street / Side Street"
+    assert crossed(network, at_b, "Main Street", 5.0) == ""
 
 
 def test_what_has_no_name_is_left_out_or_an_id() -> None:

@@ -3,6 +3,7 @@
 import argparse
 import re
 import shlex
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,11 +16,13 @@ from planner.cli.call_arguments import add_call, call_of
 from planner.clock import moment
 from planner.flight.airspace import Airspace
 from planner.mission.opening import OpenScenario
+from planner.page.document import digest, reloading
+from planner.page.guess import page_of_guess
 from planner.page.page import page
 from planner.page.shown import Shown
 from planner.page.words import odds
 from support.browser import Browser, opened
-from support.page_runs import called, shown
+from support.page_runs import called, drives, shown
 
 PICTURES = Path(__file__).parents[2] / ".pytest_cache" / "pages"
 A_MINUTE_LATER = moment("2026-05-01T14:08:00+05:30")  # than take-off, where pages open
@@ -93,7 +96,7 @@ def test_keys_and_clicks_move_it(browser: Browser, file: Path, run: Shown) -> No
     browser.script("document.querySelectorAll('.legs tbody button')[2].click()")
     assert browser.script(TURNED) == round(rows[2].start_s)
     assert browser.text("tr.here").split("\t")[0].strip() == "3"
-    assert rows[2].name in browser.text("#leg")
+    assert rows[2].name in browser.text("#doing")
     assert rows[2].name in browser.text("#state")
     browser.press(" ")
     assert browser.script("return document.getElementById('play').ariaLabel") == "Pause"
@@ -131,6 +134,19 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
     browser.picture(PICTURES / "tapped.png")
     browser.press("Escape")
     assert browser.script("return document.getElementById('call').hidden")
+
+
+def test_it_tells_of_every_drone(browser: Browser, run: Shown, tmp_path: Path) -> None:
+    plan = replace(run.plan, tracks=2 * run.plan.tracks, legs=2 * run.plan.legs)
+    file = tmp_path / "two.html"
+    file.write_text(page(replace(run, plan=plan)), encoding="utf-8")
+    browser.look(file, wide=390, high=800)
+    browser.script("document.querySelectorAll('.legs')[1].rows[3].click()")
+    for number, line in enumerate(browser.text("#doing").split("drone ")[1:], 1):
+        assert line.startswith(f"{number}: 3 {run.rows[0][2].name}")
+    assert f"drone 2: 3 {run.rows[0][2].name}" in browser.text("#state")
+    assert browser.complaints() == []
+    browser.picture(PICTURES / "two.png")
 
 
 def test_paper_has_the_grid(browser: Browser, file: Path) -> None:
@@ -184,3 +200,37 @@ def test_it_follows_the_clock_while_the_flight_lasts(
     browser.look(file, wide=390, high=800)
     assert 399 <= browser.script(TURNED) <= 460
     assert browser.script("return document.getElementById('live').ariaPressed") == "true"
+
+
+def test_an_open_page_turns_into_a_better_one_and_keeps_what_is_looked_at(
+    browser: Browser, berlin: OpenScenario, run: Shown, tmp_path: Path
+) -> None:
+    file = tmp_path / "page.html"
+    text = reloading(page_of_guess(called(berlin), drives(berlin, 50)))
+    file.write_text(in_a_hurry(text), encoding="utf-8")
+    for kind, wide in WIDTHS.items():
+        browser.look(file, wide=wide, high=800)
+        assert browser.script("return document.documentElement.scrollWidth") == wide
+        browser.picture(PICTURES / f"guess-{kind}.png")
+    assert "no plan yet" in browser.text("#odds")
+    assert not browser.script("return document.getElementById('curve').checkVisibility()")
+    browser.script("window.isOld = true")
+    browser.press("ArrowRight", shiftKey=True)
+    browser.press("+")
+    at_s = browser.script(TURNED)
+    browser.until("!window.isOld")
+    assert browser.script(TURNED) == at_s
+    file.write_text(page(run), encoding="utf-8")
+    browser.until("document.querySelector('.legs')")
+    assert browser.script(TURNED) == at_s
+    browser.script("window.isOld = true")
+    time.sleep(0.7)
+    assert browser.script("return window.isOld")  # it is final
+    assert browser.complaints() == []
+
+
+def in_a_hurry(text: str) -> str:
+    """Return a page that looks for a better one more often, which its policy allows."""
+    text = text.replace("}, 3000);", "}, 300);")
+    (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    return re.sub(r"script-src '[^']*'", f"script-src '{digest(script)}'", text, count=1)

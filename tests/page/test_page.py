@@ -17,10 +17,12 @@ import pytest
 from planner.mission.opening import OpenScenario
 from planner.page import document
 from planner.page.content import POINTS
+from planner.page.document import reloading, settled
+from planner.page.guess import page_of_guess
 from planner.page.page import page
 from planner.page.shown import Shown
 from planner.page.words import odds
-from support.page_runs import called, shown
+from support.page_runs import called, drives, shown
 
 EVIL = "</script><img src=x onerror=\"document.title='owned'\"><!--<script>\u2028\u202e&amp;'"
 HERE = Path(document.__file__).parent
@@ -135,6 +137,18 @@ def test_its_curves_end_with_the_odds_of_the_plan(run: Shown, text: str) -> None
     assert mine[-1] == pytest.approx(run.evaluated.detection_probability, abs=1e-6)
     assert 0.0 < mine[-1] <= limit[-1]
     assert all(np.array(mine) <= np.array(limit))
+
+
+def test_a_guess_is_a_page_before_there_is_a_plan(berlin: OpenScenario) -> None:
+    text = page_of_guess(called(berlin, title=EVIL), drives(berlin, 40))
+    elements = Elements(text)
+    assert EVIL[:9] in elements.text("title")
+    assert "no plan yet" in elements.text("b")
+    assert {len(elements.data["curves"]), len(elements.data["uavs"])} == {0, 1}
+    assert '<path class="targets" d="M' in text
+    again = reloading(text)
+    assert again.index('http-equiv="refresh"') < again.index("<title>")
+    assert settled(again) == settled(text) == text
 
 
 @pytest.mark.slow

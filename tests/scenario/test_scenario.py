@@ -310,7 +310,10 @@ ONE_FAULT = [
     ("search.sampling=sobel", "search.sampling: should be 'iid', 'sobol' or 'all', not \"sobel\";"),
     ("greedy.miss=never", "greedy.miss: should be 'horizon', 'infinity' or 'rate', not \"never\";"),
     ("greedy.tick_s=-1", "greedy.tick_s: should be at least 0, not -1; give"),
-    ("target.driving=fast", "target.driving: should be 'constant' or 'free', not \"fast\";"),
+    (
+        "target.driving=fast",
+        "target.driving: should be 'constant', 'free' or 'traffic', not \"fast\";",
+    ),
     ("target.start={}", "target.start: is empty; give"),
     ("target.start=[]", "target.start: is empty; give"),
     ("target.start=[3.5]", "target.start: should name edges;"),

@@ -29,7 +29,7 @@ def test_a_shown_scenario_reads_back(name: str, overrides: tuple[str, ...], tmp_
 
 def test_words_that_a_key_may_hold_stand_beside_it() -> None:
     lines = scenario_text(read_draft("figure3").scenario()).split("\n")
-    assert 'driving = "constant"  # "constant" or "free"' in lines
+    assert 'driving = "constant"  # "constant", "free" or "traffic"' in lines
     (greedy,) = (line for line in lines if line.startswith("miss = "))
     assert greedy.endswith('# "horizon", "infinity" or "rate"')
     keys = [line for line in lines if " = " in line and not line.startswith("title")]

@@ -1,6 +1,5 @@
 """Beams, repairs and the portfolio against enumeration and against each other."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +22,7 @@ from planner.search.what_if import WhatIf
 from planner.streams import stream
 from support.grid_instance import grid_futures, grid_problem
 from support.instances import figure3, physics_futures
-from support.search_instances import random_problem
+from support.search_instances import orders, random_problem
 
 PATHS = (["AB", "BC", "CE"], ["AB", "BC", "CF"], ["AB", "BD", "DF"], ["AB", "BD", "DG"])
 
@@ -43,19 +42,6 @@ def reward(problem: Problem, order: list[int]) -> float:
     track = plan_of_legs(problem, "", order).tracks[0]
     seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
     return float(problem.futures.weight @ problem.objective.reward(seen_at))
-
-
-def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
-    """Every order that goes on from another one along roads, until no leg begins in time."""
-    yield order
-    legs, track = problem.legs, plan_of_legs(problem, "", order).tracks[0]
-    if order and track.end_s >= problem.objective.ends_s:
-        return
-    for leg in range(len(legs)):
-        if not order or legs.from_node[leg] == legs.to_node[order[-1]]:
-            longer = [*order, leg]
-            if len(plan_of_legs(problem, "", longer).legs[0]) == len(longer):
-                yield from orders(problem, longer)
 
 
 @pytest.mark.parametrize("particles", [0, 1, 7, 8, 9, 100])

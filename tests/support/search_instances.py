@@ -1,5 +1,6 @@
 """Random problems for the planners: curved roads, targets on and off them, states in between."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -100,3 +101,16 @@ def flown(problem: Problem, state: SearchState, leg: int) -> Floats | None:
     if not plan.legs[0]:
         return None
     return first_detection(problem.futures, plan.tracks[0], problem.sensor.radius_m)
+
+
+def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
+    """Every order that goes on from another one along roads, until no leg begins in time."""
+    yield order
+    legs, track = problem.legs, plan_of_legs(problem, "", order).tracks[0]
+    if order and track.end_s >= problem.objective.ends_s:
+        return
+    for leg in range(len(legs)):
+        if not order or legs.from_node[leg] == legs.to_node[order[-1]]:
+            longer = [*order, leg]
+            if len(plan_of_legs(problem, "", longer).legs[0]) == len(longer):
+                yield from orders(problem, longer)

@@ -97,6 +97,29 @@ def first_within(offset: Vector, drift: Vector, duration_s: float, radius_m: flo
 
 
 @compiled
+def while_within(offset: Vector, drift: Vector, duration_s: float, radius_m: float) -> Window:
+    """Return from when to when, in [0, duration], two bodies are within the radius.
+
+    As `first_within`, whose second it begins with; (inf, -inf) if they do not come that close.
+    """
+    from_s = first_within(offset, drift, duration_s, radius_m)
+    if not from_s < np.inf:
+        return Window(np.inf, -np.inf)
+    (dx, dy), (vx, vy) = offset, drift
+    a = vx * vx + vy * vy
+    if a <= 0.0:
+        return Window(from_s, duration_s)
+    approach, across = -(dx * vx + dy * vy), dx * vy - dy * vx
+    root = np.sqrt(max(0.0, a * radius_m * radius_m - across * across))
+    if approach >= 0.0:
+        to_s = (approach + root) / a
+    else:  # in this form nothing is lost where it is about to leave
+        outside = dx * dx + dy * dy - radius_m * radius_m
+        to_s = min(0.0, outside) / (approach - root)
+    return Window(from_s, max(from_s, min(to_s, duration_s)))
+
+
+@compiled
 def first_in_reach(offset: Vector, drift: Vector, reach_m: float, speed_mps: float) -> float:
     """Return the first second s >= 0 with |offset + drift s| <= reach + speed s, or infinity."""
     (x, y), (vx, vy) = offset, drift
@@ -151,6 +174,14 @@ def knots_of(futures: FuturesColumns) -> PathColumns:
 
 
 @compiled
+def apart(seen: StraightMotion, other: StraightMotion) -> tuple[Vector, Vector]:
+    """Return place and velocity of a body as seen from another one, metres and m/s."""
+    offset = (seen.x_m - other.x_m, seen.y_m - other.y_m)
+    drift = (seen.vx_mps - other.vx_mps, seen.vy_mps - other.vy_mps)
+    return offset, drift
+
+
+@compiled
 def seen_in_flight(
     flight: PathColumns,
     points: Rows,
@@ -191,8 +222,7 @@ def seen_in_flight(
         uav = motion_at(flight, i, i_end, now_s)
         seen = motion_at(knots, k, k_end, now_s)
         until_s = min(to_s, uav.until_s, seen.until_s)
-        offset = (seen.x_m - uav.x_m, seen.y_m - uav.y_m)
-        drift = (seen.vx_mps - uav.vx_mps, seen.vy_mps - uav.vy_mps)
+        offset, drift = apart(seen, uav)
         after_s = first_within(offset, drift, until_s - now_s, radius_m)
         if after_s < np.inf:
             return float(now_s + after_s)

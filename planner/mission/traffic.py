@@ -1,0 +1,117 @@
+"""The traffic of a scenario, from its section and the files that it names."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from planner.clock import seconds
+from planner.errors import InputError
+from planner.futures.demand import Demand
+from planner.futures.steering import control_file
+from planner.futures.sumo_config import SumoConfig, read_config
+from planner.futures.traffic import ALWAYS, NO_PERMIT, Permit, Traffic, input_options
+from planner.futures.traffic_files import InputFiles, refuse_outside
+from planner.messages import as_written
+from planner.network.road_network import RoadNetwork
+from planner.provenance import sha256_of_file
+from planner.scenario.draft import Draft
+from planner.scenario.traffic import TrafficSection
+
+# What a scenario's motion may depend on, though it cannot be had.
+MATTERS = ("load-state", "remote-port", "device.fcd-replay.files", "configuration-file")
+
+log = logging.getLogger(__name__)
+
+
+def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -> Traffic | None:
+    """Return the traffic in which a scenario's targets drive; None where nothing is said of any.
+
+    What of its configuration and files SUMO is not told is logged, in one line.
+
+    Raises
+    ------
+    InputError
+        If one of its files cannot be read, or is not what can be taken.
+    """
+    section = draft.traffic
+    if section is None or not section.is_given:
+        return None
+    allowed = (draft.folder, *permit.folders)
+    given_as, config = _config(section, draft, network, allowed)
+    traffic = Traffic(
+        given_as=given_as,
+        at_s=section.at_s,
+        realisations=section.realisations,
+        seed=draft.search.seed if draft.search is not None else 0,
+        depart_offset_s=section.depart_offset_s,
+        options=config.options,
+        routes=config.files.get("route-files", ()),
+        additional=config.files.get("additional-files", ()),
+        weights=config.files.get("weight-files", ()),
+        demand=_demand(section, draft),
+        allowed=allowed,
+        control=permit.control,
+    )
+    files = InputFiles(allowed)
+    input_options(traffic, files)
+    read = [*files.read, *_control_files(permit)]
+    traffic = replace(
+        traffic,
+        files=tuple((file, sha256_of_file(file)) for file in read),
+        left_out=(*(one for one in config.left_out if one not in ALWAYS), *files.left_out),
+    )
+    _tell_left_out(traffic)
+    return traffic
+
+
+def _config(
+    section: TrafficSection, draft: Draft, network: RoadNetwork, allowed: Sequence[Path]
+) -> tuple[Path, SumoConfig]:
+    """Return what is taken of a configuration, or of a section as if it were one."""
+    if section.sumocfg is None:
+        files = {"route-files": section.routes or (), "additional-files": section.additional or ()}
+        paths = {key: tuple(draft.folder / name for name in names) for key, names in files.items()}
+        return draft.path, SumoConfig((), paths, ())
+    path = draft.folder / section.sumocfg
+    refuse_outside(path, draft.path, allowed)
+    config = read_config(path)
+    begin_s = seconds(dict(config.options).get("begin", "0"))
+    if section.at_s < begin_s:
+        raise InputError(
+            f"{path}: begins at {as_written(begin_s)} s, after traffic.at, "
+            f"{as_written(section.at_s)} s; give a later one"
+        )
+    for net in config.files.get("net-file", ()):
+        refuse_outside(net, path, allowed)
+        if not net.is_file() or sha256_of_file(net) != network.sha256:
+            raise InputError(
+                f"{path}: its net, {net}, is not that of [network]; write net = "
+                f"{as_written(section.sumocfg)} there"
+            )
+    return path, config
+
+
+def _demand(section: TrafficSection, draft: Draft) -> Demand | None:
+    if section.vehicles_per_hour is None:
+        return None
+    horizon_s = draft.search.horizon_s if draft.search is not None else 0.0
+    return Demand(section.vehicles_per_hour, section.at_s + horizon_s)
+
+
+def _control_files(permit: Permit) -> Iterator[Path]:
+    """Yield the file of the function that steers traffic."""
+    if permit.control is not None:
+        yield control_file(permit.control)
+
+
+def _tell_left_out(traffic: Traffic) -> None:
+    if not traffic.left_out:
+        return
+    matters = any(name in MATTERS for name in traffic.left_out)
+    log.log(
+        logging.WARNING if matters else logging.INFO,
+        "%s: SUMO is not told of %s",
+        traffic.given_as,
+        ", ".join(traffic.left_out),
+    )
