@@ -8,7 +8,6 @@ import numpy as np
 from planner.arrays import Floats
 
 NORMAL_95 = 1.959963984540054  # the 97.5 % point of the standard normal distribution
-TWO_SIDED_95 = 0.975  # leaves 2.5 % on either side
 
 
 def share_interval(share: float, draws: float) -> tuple[float, float]:
@@ -69,11 +68,9 @@ def half_width(values: Floats, weight: Floats) -> float:
 
 def student_interval(values: Sequence[float]) -> tuple[float, float]:
     """Return the 95 % interval of the mean of independent values (Student's t)."""
-    from scipy.special import stdtrit
-
     count, mean = len(values), math.fsum(values) / len(values)
     variance = sum((value - mean) ** 2 for value in values) / (count - 1)
-    half = float(stdtrit(count - 1, TWO_SIDED_95)) * math.sqrt(variance / count)
+    half = student_point(count - 1, 0.05) * math.sqrt(variance / count)
     return mean - half, mean + half
 
 
@@ -87,14 +84,19 @@ def ratio_of_means(values: Floats, others: Floats) -> tuple[float, float]:
     values, others
         (n,) each, of which the second is not 0 on average.
     """
-    from scipy.special import stdtrit
-
     count, ratio = len(values), float(values.mean() / others.mean())
     if count < 2:
         return ratio, math.inf
     residual = (values - ratio * others) / others.mean()
     deviation = float(np.sqrt((residual**2).sum() / (count - 1) / count))
-    return ratio, float(stdtrit(count - 1, TWO_SIDED_95)) * deviation
+    return ratio, student_point(count - 1, 0.05) * deviation
+
+
+def student_point(freedom: float, chance: float) -> float:
+    """Return how many standard errors a mean is off at most, but for a chance on both sides."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 1.0 - chance / 2))
 
 
 def lower_limit(bounds: Floats) -> float:

@@ -178,6 +178,7 @@ PROGRAMS = (
     "search-towns",
     "towns",
     "flight",
+    "traffic",
 )  # further ones, in benchmarks/: --search --help
 
 

@@ -8,13 +8,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from verify_files import Array, RefusedError
 from verify_inputs import Given, Net, Prefix
-from verify_sight import Route, Window, reward_of, route_of
+from verify_sight import Motion, Route, Window, reward_of, route_of
+from verify_spans import seen_within, stays_through
 
 PLANE = np.array([1, 1j])  # from pairs x, y to complex numbers
 NEVER = (0.0, -1.0)
 NOTHING_KNOWN = -1
-TIE_M = 1e-6  # a distance this near the radius may count either way
-MOST_CELLS = 4_100_000  # hops times bins
+TIE_M = 1e-6  # a distance this near the radius may count either way,
+TIE_S = 1e-6  # and so may a moment
+MOST_CELLS = 20_100_000  # hops times bins
 MOST_SIGHTINGS = 10**8  # bins times particles
 
 
@@ -24,6 +26,7 @@ class Flown(Protocol):
     given: Given
     prices: dict[Prefix, Array]
     route: Route
+    motion: Motion
     weight: Array
 
     def seen(self, route: Route, window: Window, starts_s: Array, radius_m: float) -> Array:
@@ -67,20 +70,20 @@ class Hops:
 
 
 class Sightings(NamedTuple):
-    """What steps begun in a bin may see; (sightings,) each."""
+    """What steps begun in a bin may see, sorted by bin; (sightings,) each."""
 
     step: Array
     bin: Array
     particle: Array
     reward: Array
 
-    def where(self, kept: Array) -> "Sightings":
+    def where(self, kept: Array | slice) -> "Sightings":
         """Return some of them."""
         return Sightings(*(column[kept] for column in self))
 
 
 class Step(NamedTuple):
-    """A hop from a state. Its own sightings are those that the state's leg has surely seen."""
+    """A hop from a state. Its own sightings are those that are worth nothing after its leg."""
 
     state: int
     hop: int
@@ -105,9 +108,8 @@ class RoadBound:
         """Return the greatest expected reward that prices allow."""
         given, hops, take_off_s = self.given, self.hops, self.run.route.time_s[0]
         least = np.min([*self.run.prices.values()], axis=0)
-        surely_m = given.radius_m - given.speed_mps * given.bin_s / 2
         shortest = hops.least_bins[: hops.chained].min()
-        if not (least.min() >= 0 and surely_m >= 0 and shortest >= 1):
+        if not (least.min() >= 0 and shortest >= 1):
             return np.inf  # such prices or bins prove nothing, nor does a flight of no length
         first_s = take_off_s + hops.lasts_s[hops.chained :].min()
         worthless_s = (
@@ -118,41 +120,62 @@ class RoadBound:
         if bins * hops.chained > MOST_CELLS or bins * len(self.run.weight) > MOST_SIGHTINGS:
             raise RefusedError(f"plan.json: bin_s {given.bin_s:g} makes {bins:.3g} bins, too many")
         self.starts_s = np.arange(first_s, ends_s + given.bin_s, given.bin_s)
+        self.edges_s = first_s + (np.arange(len(self.starts_s) + 1) - 0.5) * given.bin_s
         begin = Stand(hops.take_off, take_off_s, 0.0 * self.run.weight)
         return self._proven((), begin, self._list_steps(least), np.inf)
 
-    def _seen(self, hop: int, starts_s: Array, slack_s: float = 0.0) -> Array:
-        """Return when a hop sees each particle if it may start by some slack sooner or later.
-
-        With a negative slack: when it surely does, whenever it starts.
-        """
-        on = (-slack_s, self.hops.lasts_s[hop] + slack_s)
+    def _flown(self, hop: int, start_s: float) -> Array:
+        """Return when a hop begun at a time sees each particle, (N,)."""
+        on = (0.0, self.hops.lasts_s[hop])
         on = on if hop < self.hops.legs or self.given.transit else NEVER
-        radius_m = self.given.radius_m + self.given.speed_mps * slack_s - TIE_M * np.sign(slack_s)
-        return self.run.seen(self.hops.routes[hop], on, starts_s, radius_m)
+        starts_s, radius_m = np.array([start_s]), self.given.radius_m
+        return self.run.seen(self.hops.routes[hop], on, starts_s, radius_m)[0]
+
+    def _earliest(self, hop: int, more_m: float) -> Array:
+        """Return when a hop begun in each bin may see whom, with some more radius, (bins, N)."""
+        particles, radius_m = len(self.run.weight), self.given.radius_m + more_m
+        route, motion = self.hops.routes[hop], self.run.motion
+        return seen_within(route, motion, particles, self.edges_s, radius_m)
 
     def _list_steps(self, least: Array) -> Sightings:
         """List all steps, and return their sightings that earn more than some prices."""
-        hops, slack_s, found = self.hops, self.given.bin_s / 2, list[Sightings]()
-        sure = [np.isfinite(self._seen(leg, self.starts_s, -slack_s)) for leg in range(hops.legs)]
+        hops = self.hops
+        before = [self._seen_before(place) for place in hops.nodes]
+        found = [self._listed(hop, least, before[hops.start[hop]]) for hop in range(hops.chained)]
         self.steps = [Step(hops.start[hop], hop, NOTHING_KNOWN) for hop in range(hops.chained)]
-        for hop in range(hops.chained):
-            reward = reward_of(self.given, self._seen(hop, self.starts_s, slack_s))
-            i, k = np.nonzero(reward > least)
-            seen = Sightings(np.full(len(i), hop), i, k, reward[i, k])
-            found.append(seen)
-            for leg in np.flatnonzero(hops.end[: hops.legs] == hops.start[hop]).tolist():
+        for leg in range(hops.legs):
+            earliest_s = np.where(before[hops.start[leg]], -np.inf, self._earliest(leg, TIE_M))
+            for hop in np.flatnonzero(hops.start[: hops.chained] == hops.end[leg]).tolist():
                 if hop < hops.legs:  # on straight flights nothing is remembered
-                    known = seen.where(self._is_known(seen, leg, sure[leg]))
+                    known = found[hop].where(self._is_known(found[hop], leg, earliest_s))
                     found.append(known._replace(step=np.full(len(known.bin), len(self.steps))))
                 self.steps.append(Step(hops.after[leg], hop, len(self.steps)))
-        return Sightings(*map(np.concatenate, zip(*found, strict=True)))
+        seen = Sightings(*map(np.concatenate, zip(*found, strict=True)))
+        return seen.where(np.argsort(seen.bin, kind="stable"))
 
-    def _is_known(self, seen: Sightings, leg: int, sure: Array) -> Array:
-        """Tell of which sightings a leg flown just before was sure, in whichever bin it began."""
+    def _listed(self, hop: int, least: Array, before: Array) -> Sightings:
+        """Return a hop's sightings of those who were not seen before that earn more than prices."""
+        if hop < self.hops.legs or self.given.transit:
+            at_s = self._earliest(hop, -TIE_M)
+        else:
+            at_s = np.full((len(self.starts_s), len(least)), np.inf)
+        reward = np.where(before, 0.0, reward_of(self.given, at_s))
+        i, k = np.nonzero(reward > least)
+        return Sightings(np.full(len(i), hop), i, k, reward[i, k])
+
+    def _seen_before(self, place: complex) -> Array:
+        """Return who was seen, throughout a bin, by whatever came to a place, (bins, N)."""
+        particles, reach_m = len(self.run.weight), self.given.radius_m + TIE_M
+        if not self.given.transit:
+            return np.zeros((len(self.starts_s), particles), dtype=bool)
+        return stays_through(self.run.motion, particles, self.edges_s, place, reach_m)
+
+    def _is_known(self, seen: Sightings, leg: int, earliest_s: Array) -> Array:
+        """Tell which sightings are worth nothing after a leg, in whichever bin it began."""
         late, early = seen.bin - self.hops.least_bins[leg], seen.bin - self.hops.most_bins[leg]
-        is_sure = sure[np.maximum(0, early), seen.particle]
-        return (early >= 0) & is_sure & sure[np.maximum(0, late), seen.particle]
+        before = [earliest_s[np.maximum(0, i), seen.particle] - TIE_S for i in (early, late)]
+        as_much = reward_of(self.given, np.maximum(*before)) >= seen.reward
+        return np.asarray((early >= 0) & as_much)
 
     def _values(self, sightings: Sightings, price: Array, since: int) -> Array:
         """Return the most that flights on from each bin and state earn above prices."""
@@ -179,13 +202,28 @@ class RoadBound:
         seen = seen.where((seen.bin >= since) & (at.reward[seen.particle] == 0))
         values = self._values(seen, price, since)
         for hop in np.flatnonzero(hops.start == at.node).tolist():
-            reward = reward_of(self.given, self._seen(hop, np.array([at.time_s]))[0])
-            reward = np.maximum(at.reward, reward)
+            reward = np.maximum(at.reward, reward_of(self.given, self._flown(hop, at.time_s)))
             there = Stand(hops.end[hop], at.time_s + hops.lasts_s[hop], reward)
-            onward = values[min(self._bin(there.time_s), len(values) - 1), hops.after[hop]]
-            bound = weight @ np.where(reward > 0, reward, price) + onward
+            bound = weight @ np.where(reward > 0, reward, price)
+            bound += self._onward(seen, price, values, there)
             most = max(most, self._proven((*prefix, hop), there, seen, min(inherited, bound)))
         return float(most)
+
+    def _onward(self, sightings: Sightings, price: Array, values: Array, at: Stand) -> float:
+        """Return the most that flights on from where one stands earn above prices."""
+        hops, i = self.hops, self._bin(at.time_s)
+        if i >= len(self.starts_s):
+            return 0.0
+        hop = np.flatnonzero(hops.start[: hops.chained] == at.node)
+        begin, end = np.searchsorted(sightings.bin, (i, i + 1))
+        seen = sightings.where(slice(begin, end))
+        unseen = seen.where((seen.step < hops.chained) & (at.reward[seen.particle] == 0))
+        above = np.maximum(0.0, unseen.reward - price[unseen.particle])
+        above *= self.run.weight[unseen.particle]
+        gain = np.bincount(unseen.step, above, hops.chained)[hop]
+        to, later = hops.after[hop], (i + hops.least_bins[hop], i + hops.most_bins[hop])
+        onward = gain + np.maximum(values[later[0], to], values[later[1], to])
+        return float(max(0.0, onward.max(initial=0.0)))
 
     def _bin(self, time_s: float) -> int:
         return round(float(time_s - self.starts_s[0]) / self.given.bin_s)

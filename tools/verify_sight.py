@@ -58,27 +58,51 @@ def segments(route: Route, window: Window) -> Iterator[Segment]:
 
 
 def near_pairs(
-    segment: Segment, motion: Motion, starts_s: Array, reach_m: float
+    segment: Segment, motion: Motion, starts_s: Array, reach_m: float, late_s: float = 0.0
 ) -> Iterator[Array]:
     """Yield pieces that may come in reach of a segment, and the start of the flight, (2, pairs).
 
     A piece lies in a disc around its middle. A rest is cut off where the last flight ends.
+
+    Parameters
+    ----------
+    late_s
+        By which flights may begin later than at their start.
     """
-    to_s = np.minimum(motion.to_s, starts_s[-1] + segment.end_s)
+    to_s = np.minimum(motion.to_s, starts_s[-1] + late_s + segment.end_s)
     half_s = (to_s - motion.from_s) / 2
     disc_m = reach_m + abs(motion.velocity) * half_s + 1e-3
     middle = motion.place + motion.velocity * half_s - segment.place
     along_s = (middle * np.conj(segment.velocity)).real / max(abs(segment.velocity) ** 2, 1e-9)
     nearest = segment.velocity * np.clip(along_s, 0.0, segment.end_s - segment.begin_s)
     near = np.flatnonzero(abs(middle - nearest) <= disc_m)
-    first = np.searchsorted(starts_s, motion.from_s[near] - segment.end_s - 1e-6)
-    end = np.searchsorted(starts_s, to_s[near] - segment.begin_s + 1e-6)
+    passing = _passing_starts(segment, Motion(*(column[near] for column in motion)), reach_m)
+    from_s = np.fmax(motion.from_s[near] - segment.end_s, passing[0])
+    until_s = np.fmin(to_s[near] - segment.begin_s, passing[1])
+    first = np.searchsorted(starts_s, from_s - late_s - 1e-6)
+    end = np.searchsorted(starts_s, until_s + 1e-6)
     counts = np.maximum(0, end - first)
     parts = np.flatnonzero(np.diff(np.cumsum(counts) // AT_ONCE, prepend=0))
     for part in np.split(np.arange(len(near)), parts):
         many, before = counts[part], np.cumsum(counts[part]) - counts[part]
         starts = np.arange(many.sum()) + np.repeat(first[part] - before, many)
         yield np.stack([np.repeat(near[part], many), starts])
+
+
+def _passing_starts(segment: Segment, at: Motion, reach_m: float) -> tuple[Array, Array]:
+    """Return between which starts of a flight a target on its line passes within reach.
+
+    On lines without end they pass each other at a distance that changes evenly with the start.
+    """
+    drift = at.velocity - segment.velocity
+    crossing = (np.conj(segment.velocity) * drift).imag
+    at_zero = at.place - at.velocity * at.from_s - segment.place
+    at_zero += segment.velocity * segment.begin_s
+    middle_s = -(np.conj(at_zero) * drift).imag / crossing
+    half_s = reach_m * abs(drift) / abs(crossing)
+    parallel = abs(crossing) <= 1e-9 * abs(drift) * abs(segment.velocity)
+    half_s, middle_s = np.where(parallel, np.inf, half_s), np.where(parallel, 0.0, middle_s)
+    return middle_s - half_s, middle_s + half_s
 
 
 def first_in_reach(offset: Array, drift: Array, reach_m: Array, growth_mps: float) -> Array:

@@ -1,6 +1,6 @@
 """Mixtures: what the target may be, each with its probability."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,3 +63,10 @@ Belief = Prior | Mixture
 def parts_of(belief: Belief) -> tuple[Prior, ...]:
     """Return the priors that a belief is made of: itself, or those of a mixture."""
     return belief.parts if isinstance(belief, Mixture) else (belief,)
+
+
+def in_traffic(belief: Belief) -> Belief:
+    """Return the same of a target that drives in traffic."""
+    if isinstance(belief, Prior):
+        return replace(belief, driving="traffic")
+    return replace(belief, parts=tuple(replace(part, driving="traffic") for part in belief.parts))

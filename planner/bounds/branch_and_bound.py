@@ -9,30 +9,24 @@ bound for all plans is that of the loosest prefix that is not split.
 import heapq
 import itertools
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Flags, Floats
-from planner.bounds.kernels.hops import Bins, sweep
+from planner.bounds.flights import Flights, Prefix
 from planner.bounds.kernels.prices import Start
 from planner.bounds.movements import Movements, Place
 from planner.bounds.particle_prices import Table
 from planner.bounds.subgradient import lowest
 
-# Hops, of which the first is a flight from take-off, numbered after all others; () is before it.
-Prefix = tuple[int, ...]
+ROUND = 8  # prefixes at once, whatever the number of threads
 SMALL = 500_000  # sightings
 TIE = 1e-12  # of a reward, within which sums in another order may differ
 CHUNK = 25  # steps, after which sightings that earn too little are left out anew
 NARROW, NEAR = 0.4, 0.6  # of the way from a price to the greatest reward: prices fall no further
-
-
-class Onward(NamedTuple):
-    """A hop that a flight can go on with."""
-
-    hop: int
-    state: int  # of the dynamic programme, after it
 
 
 class Earned(NamedTuple):
@@ -49,12 +43,12 @@ class Proven(NamedTuple):
     price: Floats  # (N,)
 
 
-class Parent(NamedTuple):
-    """What is known of a prefix, for those that go on from it with one more hop."""
+class Further(NamedTuple):
+    """A prefix that goes on from another one with one more hop."""
 
-    bound: float
-    price: Floats  # (N,)
-    table: Table
+    prefix: Prefix
+    bound: float  # by the other one's prices
+    reward: float  # of the prefix flown
 
 
 class _Open(NamedTuple):
@@ -70,46 +64,21 @@ class _Open(NamedTuple):
         return -self.minus_bound
 
 
-class Flights:
-    """The prefixes of a problem's road plans, flown exactly."""
+class _Tightened(NamedTuple):
+    """What some price steps make of an open prefix."""
 
-    def __init__(self, movements: Movements) -> None:
-        self._problem, self._hops = movements.problem, movements.hops
-        self._pieces, self._first = movements.pieces, movements.first_flights
-        self.legs = self._hops.legs
-
-    def begin(self) -> Iterator[tuple[Prefix, Place]]:
-        """Yield each flight from take-off, and where it ends."""
-        for hop, place in enumerate(self._first, len(self._hops)):
-            yield (hop,), place
-
-    def flown(self, prefix: Prefix) -> Place:
-        """Return where a prefix ends."""
-        place = self._first[prefix[0] - len(self._hops)]
-        for hop in prefix[1:]:
-            place = self.further(place, hop)
-        return place
-
-    def further(self, at: Place, hop: int) -> Place:
-        """Return where one more hop ends."""
-        seen_at = np.full((1, len(at.reward)), np.inf)
-        sensor = self._problem.sensor
-        if hop < self._hops.legs or sensor.detects_in_transit:
-            motion, start = self._hops.inflated(hop, 0.0), Bins(at.time_s, 1.0, 1)
-            sweep(motion, self._pieces, start, sensor.radius_m, seen_at)
-        reward = np.maximum(at.reward, self._problem.objective.reward(seen_at[0]))
-        ends_s = at.time_s + float(self._hops.duration_s[hop])
-        return Place(int(self._hops.to_node[hop]), ends_s, reward)
-
-    def onward(self, node: int) -> Iterator[Onward]:
-        """Yield the hops that start at a node."""
-        hops, nodes = self._hops, len(self._problem.network.node_ids)
-        for hop in np.flatnonzero(hops.from_node == node).tolist():
-            yield Onward(hop, nodes + hop if hop < hops.legs else int(hops.to_node[hop]))
+    steps: int
+    bound: float
+    price: Floats  # (N,)
+    further: list[Further] | None  # None: it stays whole
+    is_over: bool  # nothing more is seen, whatever follows
 
 
 class Search:
     """The open prefixes, the loosest first.
+
+    Prefixes are tightened in rounds of as many at once. So the result is the same with any number
+    of threads at work; compiled code does nearly all of it, and lets other threads run.
 
     Parameters
     ----------
@@ -118,19 +87,32 @@ class Search:
     value
         Reward of a known plan: prefixes that are worth no more need no split.
     stop
-        Hears the bound after each run of the dynamic programme; once it says so, pricing ends.
+        Hears the bound after each run of the dynamic programme; once it says so, the search ends.
+    is_late
+        Tells during a round whether it should end at once.
+    workers
+        Threads.
     """
 
     def __init__(
-        self, movements: Movements, table: Table, value: float, stop: Callable[[float], bool]
+        self,
+        movements: Movements,
+        table: Table,
+        value: float,
+        stop: Callable[[float], bool],
+        *,
+        is_late: Callable[[], bool] = bool,
+        workers: int = 1,
     ) -> None:
         objective = movements.problem.objective
         self._root, self._flights = table, Flights(movements)
         self._weight = movements.problem.futures.weight
         self._most = float(objective.reward(np.array(table.bins.first_s)))
         self._deadline = objective.by_s is not None
-        self._value, self._stop, self.stopped = value, stop, False
+        self._value, self._stop, self._is_late, self.stopped = value, stop, is_late, False
+        self._workers = workers
         self._open: list[_Open] = []
+        self._round: list[_Open] = []  # those that a round is about, the loosest last
         self._number = itertools.count()
         self._closed = np.inf  # no prefix that is not open is worth more
         self.flown = Earned(value * (1 + TIE), ())  # the best prefix met; a tie is not better
@@ -156,7 +138,8 @@ class Search:
     @property
     def bound(self) -> float:
         """No plan's reward is greater."""
-        return max(self._closed, self._open[0].bound if self._open else -np.inf)
+        loosest = [*self._open[:1], *self._round[-1:]]
+        return max([self._closed, *(one.bound for one in loosest)])
 
     @property
     def done(self) -> bool:
@@ -166,9 +149,15 @@ class Search:
     def begin(self, price: Floats, steps: int) -> None:
         """Price what is before take-off, in at most ``steps`` steps, and open the first flights."""
         root, unseen = self._root, np.ones(len(price), dtype=bool)
+
+        def stop(least: float) -> bool:
+            self._hear(min(self.bound, least))
+            return self.stopped or least <= self._value
+
         while True:
             table = root.narrowed(self._floor(price), unseen, root.starts)
-            least, price = self._lowest(table, price, 0.0, min(CHUNK, steps))
+            most = min(CHUNK, steps)
+            least, price = lowest(table, price, self._value, steps=most, stop=stop)
             self._closed, steps = min(self._closed, least), steps - CHUNK
             if steps <= 0 or self.stopped:
                 break
@@ -176,35 +165,86 @@ class Search:
         self._proven[()] = Proven(np.inf, price)
         near = self._floor(price, NEAR) if root.size > SMALL else root.floor
         self._near = root.narrowed(near, unseen, root.starts)
-        for prefix, place in self._flights.begin():
-            self._add(prefix, place, place.node, Parent(self._closed, price, table))
+        first = [
+            self._further(prefix, place, self._closed, price, table)
+            for prefix, place in self._flights.begin()
+        ]
         self._closed = self._value
+        for further in first:
+            self._add(further, price)
 
     def split(self, steps: int) -> None:
-        """Tighten the loosest prefix in at most ``steps`` steps; split it if it stays loosest."""
-        loosest = self._open[0]
+        """Tighten the loosest prefixes, in at most ``steps`` steps each; split what stays loose."""
+        some = [heapq.heappop(self._open) for _ in range(min(ROUND, len(self._open)))]
+        self._round, other = some[::-1], self._open[0].bound if self._open else -np.inf
+        tighten = partial(self._tightened, steps=steps, other=other)
+        for one, done in zip(some, self._all(tighten, some), strict=True):
+            for _ in range(done.steps):
+                self._hear(self.bound)
+            self._round.pop()
+            self._put_back(one, done)
+            if self.stopped:
+                break
+        for one in self._round:
+            heapq.heappush(self._open, one)
+        self._round = []
+
+    def _all(
+        self, tighten: Callable[[_Open], _Tightened], some: list[_Open]
+    ) -> Iterator[_Tightened]:
+        if self._workers == 1:
+            return map(tighten, some)
+        with ThreadPoolExecutor(self._workers) as threads:
+            return threads.map(tighten, some)
+
+    def _tightened(self, loosest: _Open, steps: int, other: float) -> _Tightened:
+        """Return what price steps make of a prefix.
+
+        Parameters
+        ----------
+        other
+            Bound of the loosest prefix beside those of the round.
+        """
         prefix, price = loosest.prefix, loosest.price
         place = self._flights.flown(prefix)
         earned, unseen = float(self._weight @ place.reward), place.reward == 0.0
         start = Start(place.node, self._root.bins.at(place.time_s), np.zeros(len(price)))
-        is_new = prefix not in self._proven
+        is_new, taken = prefix not in self._proven, itertools.count()
         price, table = self._table(price, unseen, start, lower=is_new)
+
+        def stop(least: float) -> bool:
+            next(taken)
+            return self._is_late() or earned + least <= self._value
+
         if is_new:
-            _, price = self._lowest(table, price, earned, steps)
-            self._proven[prefix] = Proven(loosest.bound, price)
+            value = self._value - earned
+            _, price = lowest(table, price, value, steps=steps, stop=stop)
         bound = min(loosest.bound, earned + table.bound(price).reward)
-        heapq.heappop(self._open)
-        if bound <= self._value:
+        is_over, further = table.size == 0, None
+        if not is_over and bound > self._value and bound >= other:
+            further = [
+                self._further((*prefix, hop), there, bound, price, table)
+                for hop, there in self._flights.onward(place)
+            ]
+        return _Tightened(next(taken), bound, price, further, is_over)
+
+    def _put_back(self, one: _Open, done: _Tightened) -> None:
+        if one.prefix not in self._proven:
+            self._proven[one.prefix] = Proven(one.bound, done.price)
+        if done.bound <= self._value:
             return
-        if table.size == 0:  # nothing more is seen, whatever follows
-            self._closed = max(self._closed, bound)
-            return
-        if self._open and bound < self._open[0].bound:
-            heapq.heappush(self._open, _Open(-bound, next(self._number), prefix, price))
-            return
-        for hop, state in self._flights.onward(place.node):
-            further = self._flights.further(place, hop)
-            self._add((*prefix, hop), further, state, Parent(bound, price, table))
+        if done.is_over:
+            self._closed = max(self._closed, done.bound)
+        elif done.further is None:
+            heapq.heappush(
+                self._open, _Open(-done.bound, next(self._number), one.prefix, done.price)
+            )
+        else:
+            for further in done.further:
+                self._add(further, done.price)
+
+    def _hear(self, bound: float) -> None:
+        self.stopped = self._stop(bound) or self.stopped
 
     def _table(
         self, price: Floats, unseen: Flags, start: Start, *, lower: bool
@@ -223,15 +263,6 @@ class Search:
                     break
         return lowered, table
 
-    def _lowest(
-        self, table: Table, price: Floats, earned: float, steps: int
-    ) -> tuple[float, Floats]:
-        def stop(least: float) -> bool:
-            self.stopped = self._stop(self.bound if self._proven else min(self.bound, least))
-            return self.stopped or earned + least <= self._value
-
-        return lowest(table, price, self._value - earned, steps=steps, stop=stop)
-
     def _floor(self, price: Floats, share: float = NARROW) -> Floats:
         """Return how low a step from some prices may lead, (N,).
 
@@ -241,11 +272,18 @@ class Search:
             return self._root.floor
         return np.maximum(self._root.floor, price - share * np.maximum(0.0, self._most - price))
 
-    def _add(self, prefix: Prefix, place: Place, state: int, parent: Parent) -> None:
-        """Open a prefix, unless its parent's prices show that it is worth no more."""
-        reward, price, table = place.reward, parent.price, parent.table
-        self.flown = max(self.flown, Earned(float(self._weight @ reward), prefix))
+    def _further(
+        self, prefix: Prefix, place: Place, bound: float, price: Floats, table: Table
+    ) -> Further:
+        """Return a prefix that was flown, bounded by the prices of the one that it goes on from."""
+        reward = place.reward
         earned = float(self._weight @ np.where(reward > 0.0, reward, price))
-        bound = min(parent.bound, earned + table.onward(state, table.bins.at(place.time_s)))
-        if bound > self._value:
-            heapq.heappush(self._open, _Open(-bound, next(self._number), prefix, price))
+        most = min(bound, earned + table.after(place, price))
+        return Further(prefix, most, float(self._weight @ reward))
+
+    def _add(self, further: Further, price: Floats) -> None:
+        """Open a prefix, unless its bound shows that it is worth no more."""
+        self.flown = max(self.flown, Earned(further.reward, further.prefix))
+        if further.bound > self._value:
+            number = next(self._number)
+            heapq.heappush(self._open, _Open(-further.bound, number, further.prefix, price))

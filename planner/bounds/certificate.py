@@ -1,13 +1,13 @@
 """How far a plan may be from the best one of its class, on the same particles."""
 
-import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from planner.arrays import Floats
 from planner.bounds.any_flight import STARTS, most_of_any_flight
-from planner.bounds.branch_and_bound import Prefix, Search
+from planner.bounds.branch_and_bound import Search
+from planner.bounds.flights import Prefix
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
@@ -31,6 +31,7 @@ class Effort:
     gap: float = 0.0  # as soon as the gap is this small
     stop: Stop = USUAL  # a unit of work is a price step
     on_progress: Progress = silent  # is given the steps done, those usual, and the gap
+    workers: int = 1  # threads; with any number of them the same steps find the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +93,12 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     value = objective.value(reward)
     earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
-    steps, trace = itertools.count(1), list[TracePoint]()
+    done, trace = 0, list[TracePoint]()
 
     def stop(bounded: float) -> bool:
-        bound, step = objective.value(min(bounded, most)), next(steps)
+        nonlocal done
+        done += 1
+        bound, step = objective.value(min(bounded, most)), done
         gap = gap_of(value, bound)
         if not trace or trace[-1].value != bound:
             trace.append(TracePoint(step, bound))
@@ -108,7 +111,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         physics = objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)
     bin_s = movements.fitting_bin_s
-    search = _searched(movements, bin_s, earned, stop)
+    search = _searched(movements, bin_s, earned, stop, lambda: effort.stop(done), effort.workers)
     bound = objective.value(min(search.bound, most))
     return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
 
@@ -135,12 +138,18 @@ def _most(problem: Problem) -> float:
 
 
 def _searched(
-    movements: Movements, bin_s: float, earned: Floats, stop: Callable[[float], bool]
+    movements: Movements,
+    bin_s: float,
+    earned: Floats,
+    stop: Callable[[float], bool],
+    is_late: Callable[[], bool],
+    workers: int,
 ) -> Search:
     """Return a search for the best bound that has ended, started from what a plan earns."""
     table, weight = table_of(movements, bin_s), movements.problem.futures.weight
     start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
-    search = Search(movements, table, float(weight @ earned), stop)
+    value = float(weight @ earned)
+    search = Search(movements, table, value, stop, is_late=is_late, workers=workers)
     search.begin(start, FIRST_STEPS)
     while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)

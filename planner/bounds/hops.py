@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats, Frozen, Ints, Offsets, freeze
-from planner.bounds.kernels.hops import Motion
+from planner.bounds.kernels.meetings import Motion
 from planner.flight.legs import Legs
 
 
@@ -42,38 +42,8 @@ class Hops(Frozen):
     def __len__(self) -> int:
         return len(self.from_node)
 
-    def inflated(self, hop: int, slack_s: float) -> Motion:
-        """Return the hop's motion, at rest at both ends for ``slack_s`` seconds more.
-
-        Times are seconds after the hop's start.
-        """
-        flown, end_s = self._flown(hop), self.duration_s[hop]
-        start, end = self.first_point[hop], self.first_point[hop + 1] - 1
-        return Motion(
-            from_s=np.concatenate(([-slack_s], flown.from_s, [end_s])),
-            to_s=np.concatenate(([0.0], flown.to_s, [end_s + slack_s])),
-            x_m=np.concatenate(([self.x_m[start]], flown.x_m, [self.x_m[end]])),
-            y_m=np.concatenate(([self.y_m[start]], flown.y_m, [self.y_m[end]])),
-            vx_mps=np.concatenate(([0.0], flown.vx_mps, [0.0])),
-            vy_mps=np.concatenate(([0.0], flown.vy_mps, [0.0])),
-        )
-
-    def deflated(self, hop: int, slack_s: float) -> Motion:
-        """Return the hop's motion without its first and its last ``slack_s`` seconds."""
-        flown = self._flown(hop)
-        from_s = np.maximum(flown.from_s, slack_s)
-        to_s = np.minimum(flown.to_s, self.duration_s[hop] - slack_s)
-        later_s, left = from_s - flown.from_s, from_s < to_s
-        return Motion(
-            from_s=from_s[left],
-            to_s=to_s[left],
-            x_m=(flown.x_m + flown.vx_mps * later_s)[left],
-            y_m=(flown.y_m + flown.vy_mps * later_s)[left],
-            vx_mps=flown.vx_mps[left],
-            vy_mps=flown.vy_mps[left],
-        )
-
-    def _flown(self, hop: int) -> Motion:
+    def motion(self, hop: int) -> Motion:
+        """Return how a hop is flown, by seconds after its start."""
         points = slice(self.first_point[hop], self.first_point[hop + 1])
         after_s, x_m, y_m = self.after_s[points], self.x_m[points], self.y_m[points]
         lasts_s = np.diff(after_s)

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.bounds.hops import Hops, hops_of, passes_over
-from planner.bounds.kernels.hops import Motion, Pieces
+from planner.bounds.kernels.meetings import Motion, Pieces
 from planner.detection.first_detection import first_detection
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -52,9 +52,8 @@ class Movements:
 
     @property
     def fitting_bin_s(self) -> float:
-        """Bins short enough for the sensor to be sure and for every hop to last one, seconds."""
-        sure_s = self.problem.sensor.radius_m / self.problem.legs.speed_mps
-        return min(LONGEST_BIN_S, sure_s, float(self.hops.duration_s.min()))
+        """Bins short enough for every hop to last one, seconds."""
+        return min(LONGEST_BIN_S, float(self.hops.duration_s.min()))
 
 
 def _first_flights(problem: Problem) -> Iterator[Place]:

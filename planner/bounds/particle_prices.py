@@ -5,11 +5,13 @@ earns the greatest r_ka of its hops with each particle, and for any prices p_k >
 
     sum_k max_a r_ka  <=  sum_k p_k  +  sum over the plan's hops of sum_k max(0, r_ka - p_k),
 
-where the last sum may leave out particles that an earlier hop has surely seen: the earlier
-sighting is worth more. The right side is greatest along one flight, which a dynamic programme over
-nodes and times finds. It remembers the last leg flown, so that flying to and fro over the same
-particles does not earn them twice. After straight flights nothing is remembered. `sighting_table`
-says how time is divided into bins; a hop ends in the bins that all its starts end in.
+where for each particle the last sum needs no hop but the first one that sees it: that sighting is
+worth most. So a hop leaves out particles that whatever came to its first node has surely seen. It
+also leaves out those that the hop before may see with as great a reward: that counts at least as
+much for them as is due, whether it sees them or not. The right side is greatest along one flight,
+which a dynamic programme over nodes and times finds. It remembers the last leg flown; after
+straight flights nothing is remembered. `sighting_table` says how time is divided into bins; a hop
+ends in the bins that all its starts end in.
 
 A landing by a certain time only means that nothing is seen after it. What is seen on a flight to a
 certain place to land belongs to no hop, so such problems have no bound yet.
@@ -30,13 +32,14 @@ from planner.bounds.kernels.prices import (
     best_path,
     best_sightings,
     fill_values,
+    most_onward,
     narrowed,
 )
-from planner.bounds.movements import Movements
+from planner.bounds.movements import Movements, Place
 from planner.bounds.sighting_table import arrivals_of, sightings_of
 from planner.errors import NotApplicableError
 
-MOST_CELLS = 4_000_000  # hops times bins, of which a table is made
+MOST_CELLS = 20_000_000  # hops times bins, of which a table is made
 
 
 class Bounded(NamedTuple):
@@ -69,8 +72,7 @@ class Table:
         since = min(start.bin for start in self.starts)
         fill_values(weighted, self.columns, self.value_to_go, since)
         above = [
-            float(self.weight @ np.maximum(0.0, start.reward - prices))
-            + self.onward(start.node, start.bin)
+            float(self.weight @ np.maximum(0.0, start.reward - prices)) + self._onward(start)
             for start in self.starts
         ]
         most = int(np.argmax(above))
@@ -79,9 +81,19 @@ class Table:
         best_path(weighted, self.columns, self.value_to_go, start, counts)
         return Bounded(float(weighted.sum()) + above[most], counts)
 
-    def onward(self, state: int, i: int) -> float:
-        """Return what flights on from a state and bin can earn above the last prices."""
-        return float(self.value_to_go[i, state]) if i < len(self.value_to_go) else 0.0
+    def _onward(self, start: Start) -> float:
+        """Return what flights on from a start can earn above the last prices."""
+        i = start.bin
+        return float(self.value_to_go[i, start.node]) if i < len(self.value_to_go) else 0.0
+
+    def after(self, place: Place, prices: Floats) -> float:
+        """Return what flights on from a place can earn above the last prices asked for, (N,)."""
+        i = self.bins.at(place.time_s)
+        if i >= self.bins.total:
+            return 0.0
+        at, unseen = (place.node, i), place.reward == 0.0
+        weighted = prices * self.weight
+        return most_onward(weighted, self.columns, self.value_to_go, at, unseen)
 
     @property
     def size(self) -> int:
@@ -101,6 +113,8 @@ class Table:
     def narrowed(self, floor: Floats, unseen: Flags, starts: tuple[Start, ...]) -> "Table":
         """Return the table of the flights on from some starts, when some particles are unseen.
 
+        It has values of its own: other threads may ask for other prices.
+
         Parameters
         ----------
         floor
@@ -115,6 +129,7 @@ class Table:
             floor=floor,
             columns=self.columns._replace(sightings=sightings),
             starts=starts,
+            value_to_go=np.zeros_like(self.value_to_go),
         )
 
 
@@ -129,7 +144,7 @@ def table_of(movements: Movements, bin_s: float) -> Table:
     Raises
     ------
     NotApplicableError
-        If the net is too large, or a bin too long for the sensor to be sure of anything.
+        If the net is too large, or a bin longer than a hop.
     """
     problem = movements.problem
     if problem.uav.return_to_m is not None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.branch_and_bound import Flights, Prefix
+from planner.bounds.flights import Flights, Prefix
 from planner.bounds.kernels.prices import Start
 from planner.bounds.movements import Movements, Place
 from planner.bounds.particle_prices import Table, table_of
@@ -41,7 +41,7 @@ class _Proof:
         price, table = self._proof[()], self._table
         table.bound(price)
         first = [
-            (prefix, place, self._inherited(price, table, place, place.node, np.inf))
+            (prefix, place, self._inherited(price, table, place, np.inf))
             for prefix, place in self._flights.begin()
         ]
         return max(0.0, *(self._most(*one) for one in first))
@@ -56,15 +56,12 @@ class _Proof:
         table.bound(price)
         # All are looked up before the next prefix's values take the place of these.
         onward = []
-        for hop, state in self._flights.onward(place.node):
-            there = self._flights.further(place, hop)
-            bound = self._inherited(price, table, there, state, inherited)
+        for hop, there in self._flights.onward(place):
+            bound = self._inherited(price, table, there, inherited)
             onward.append(((*prefix, hop), there, bound))
         earned = float(self._weight @ place.reward)
         return max(earned, *(self._most(*one) for one in onward))
 
-    def _inherited(
-        self, price: Floats, table: Table, place: Place, state: int, inherited: float
-    ) -> float:
+    def _inherited(self, price: Floats, table: Table, place: Place, inherited: float) -> float:
         earned = float(self._weight @ np.where(place.reward > 0.0, place.reward, price))
-        return min(inherited, earned + table.onward(state, table.bins.at(place.time_s)))
+        return min(inherited, earned + table.after(place, price))

@@ -1,37 +1,54 @@
-"""What every hop may see, and surely sees, whenever it begins: the table that bounds are made of.
+"""What every hop may see, whenever it begins: the table that bounds are made of.
 
-Time is divided into bins. A hop that starts within half a bin of a bin's middle is at every moment
-within v * bin / 2 of the hop that starts at the middle and rests half a bin at both ends. So what
-a hop may see is what that inflated flight sees with a radius larger by as much, and what it surely
-sees is what a deflated one sees with a smaller radius.
+Time is divided into bins. What a hop may see from a bin on is what it sees from some start in the
+bin, at the earliest; `kernels.meetings` says how that is found without a look at each start.
+
+A particle that cannot be seen for the first time is left out: where the sensor is always on, one
+that is within reach of the hop's first node throughout the bin. Whatever came there has seen it.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, first_rows
+from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
 from planner.bounds.hops import Hops
-from planner.bounds.kernels.hops import Bins, LegsBefore, known_after, listed, sweep
+from planner.bounds.kernels.hops import (
+    Bins,
+    LegBefore,
+    Sightings,
+    known_after,
+    listed,
+    stay_through,
+    sweep,
+)
 from planner.bounds.kernels.prices import REMEMBERED, ArrivalColumns, SightingColumns, by_bin
 from planner.bounds.movements import Movements
+from planner.errors import NotApplicableError
 
-
-class _ByHop(NamedTuple):
-    """Sightings sorted by hop and bin."""
-
-    first: Ints  # (h * bins + 1,) where the sightings of a hop from a bin start
-    particle: Ints  # (M,)
-    reward: Floats  # (M,) times the particle's weight
-    sure: Ints  # (legs, bins, N / 8) one bit for each particle that a leg surely sees
+MOST_SIGHTINGS = 60_000_000  # of which a table is made: 9 bytes each, and 20 for a moment
 
 
 def sightings_of(movements: Movements, bins: Bins, arrivals: ArrivalColumns) -> SightingColumns:
-    """Return the sightings that earn something."""
-    hops, found = movements.hops, _by_hop(movements, bins)
-    known = _known(hops, arrivals, found, bins)
-    columns = SightingColumns(found.first, found.particle, found.reward, known)
-    return by_bin(columns, len(hops))
+    """Return the sightings that earn something.
+
+    Raises
+    ------
+    NotApplicableError
+        If they are too many.
+    """
+    hops, seen_before = movements.hops, _seen_before(movements, bins)
+    found = _by_hop(movements, bins, seen_before)
+    known = np.zeros(len(found.particle), dtype=np.uint8)
+    legs_only = Sightings(found.first, found.particle, found.leg_reward)
+    for leg in range(hops.legs):
+        node = hops.from_node[leg]
+        into = arrivals.leg[arrivals.first[node] : arrivals.first[node + 1]][:REMEMBERED]
+        for bit, before in enumerate(into.tolist()):
+            least, most = map(int, bins.lasting(hops.duration_s[before]))
+            one_before = LegBefore(before, least, most, seen_before[hops.from_node[before]])
+            known_after(legs_only, leg, one_before, bit, known)
+    return by_bin(SightingColumns(found.first, found.particle, found.reward, known), len(hops))
 
 
 def arrivals_of(hops: Hops, nodes: int) -> ArrivalColumns:
@@ -41,38 +58,57 @@ def arrivals_of(hops: Hops, nodes: int) -> ArrivalColumns:
     return ArrivalColumns(first_rows(counts), np.argsort(ends, kind="stable"))
 
 
-def _by_hop(movements: Movements, bins: Bins) -> _ByHop:
-    hops, pieces, problem = movements.hops, movements.pieces, movements.problem
+class _ByHop(NamedTuple):
+    """Sightings sorted by hop, bin and particle."""
+
+    first: Offsets  # (h * bins + 1,) where the sightings of a hop from a bin start
+    particle: Ints  # (M,)
+    reward: Floats  # (M,) times the particle's weight, rounded up to four bytes
+    leg_reward: Floats  # of legs, as it is
+
+
+def _by_hop(movements: Movements, bins: Bins, seen_before: list[Flags]) -> _ByHop:
+    hops, problem = movements.hops, movements.problem
     objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
-    half_s, radius_m = bins.step_s / 2, sensor.radius_m
-    slack_m = half_s * problem.legs.speed_mps
     counts = np.zeros((len(hops), bins.total), dtype=np.int64)
-    particles, rewards = [], []
-    sure = np.zeros((hops.legs, bins.total, (len(weight) + 7) // 8), dtype=np.uint8)
+    particles, rewards, leg_rewards, total = [], [], [], 0
     seen_at = np.empty((bins.total, len(weight)))
     for hop in range(len(hops) if sensor.detects_in_transit else hops.legs):
         seen_at[:] = np.inf
-        sweep(hops.inflated(hop, half_s), pieces, bins, radius_m + slack_m, seen_at)
-        seen = listed(seen_at, objective.ends_s)
-        counts[hop] = seen.counts
+        sweep(hops.motion(hop), movements.pieces, bins, sensor.radius_m, seen_at)
+        seen = listed(seen_at, objective.ends_s, seen_before[hops.from_node[hop]])
+        counts[hop], total = seen.counts, total + len(seen.particle)
+        if total > MOST_SIGHTINGS:
+            raise NotApplicableError(
+                f"the bound for road plans lists more than {MOST_SIGHTINGS:,} sightings here; "
+                "take a smaller net, fewer particles or a shorter horizon"
+            )
+        reward = objective.reward(seen.at_s) * weight[seen.particle]
         particles.append(seen.particle)
-        rewards.append(objective.reward(seen.at_s) * weight[seen.particle])
-        if hop < hops.legs and radius_m > slack_m:
-            seen_at[:] = np.inf
-            sweep(hops.deflated(hop, half_s), pieces, bins, radius_m - slack_m, seen_at)
-            sure[hop] = np.packbits(seen_at < np.inf, axis=1)
-    first = first_rows(counts)
-    return _ByHop(first, np.concatenate(particles), np.concatenate(rewards), sure)
+        rewards.append(_rounded_up(reward))
+        if hop < hops.legs:
+            leg_rewards.append(reward)
+    return _ByHop(
+        first_rows(counts),
+        np.concatenate(particles),
+        np.concatenate(rewards),
+        np.concatenate(leg_rewards),
+    )
 
 
-def _known(hops: Hops, arrivals: ArrivalColumns, found: _ByHop, bins: Bins) -> Ints:
-    """Return for each sighting after which legs before the hop its particle is surely seen."""
-    known = np.zeros(len(found.particle), dtype=np.uint8)
-    for leg in range(hops.legs):
-        first = found.first[leg * bins.total : (leg + 1) * bins.total + 1]
-        node = hops.from_node[leg]
-        legs = arrivals.leg[arrivals.first[node] : arrivals.first[node + 1]][:REMEMBERED]
-        before = LegsBefore(legs, bins.lasting(hops.duration_s[legs]))
-        own = slice(first[0], first[-1])
-        known[own] = known_after(first - first[0], found.particle[own], found.sure, before)
-    return known
+def _seen_before(movements: Movements, bins: Bins) -> list[Flags]:
+    """Return who has been seen, throughout a bin, by whatever came to each node, (bins, N) each."""
+    problem, count = movements.problem, len(movements.problem.futures)
+    found, shape = [], (bins.total, count)
+    for x_m, y_m in problem.network.node_xy_m.tolist():
+        here = np.zeros(shape, dtype=np.bool_)
+        if problem.sensor.detects_in_transit:
+            stay_through((x_m, y_m), movements.pieces, bins, problem.sensor.radius_m, here)
+        found.append(here)
+    return found
+
+
+def _rounded_up(reward: Floats) -> Floats:
+    """Return rewards in four bytes each, none of them less than before."""
+    short = reward.astype(np.float32)
+    return np.where(short < reward, np.nextafter(short, np.float32(np.inf)), short)

@@ -59,6 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
+        nargs="+",
         metavar="FILE",
         help="where the file given to `plan --futures` is now (default: where it was)",
     )
@@ -112,13 +113,14 @@ def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recor
             "--sets: draws from the scenario's belief, but the plan was made on --futures; "
             "leave it out"
         )
-    own = planned_on or OwnFutures(arguments.futures)
+    own = planned_on or OwnFutures(arguments.futures[0])
     if arguments.futures is not None:
-        own = replace(own, path=arguments.futures)
-    if not own.path.is_file():
-        raise InputError(
-            f"{own.path}: the plan was made on this file, which is gone; --futures FILE"
-        )
+        own = replace(own, path=arguments.futures[0], others=tuple(arguments.futures[1:]))
+    for file in own.paths:
+        if not file.is_file():
+            raise InputError(
+                f"{file}: the plan was made on this file, which is gone; --futures FILE"
+            )
     return read_split(own, opened).planning
 
 
@@ -131,7 +133,7 @@ def _certificate(
     arguments: argparse.Namespace, opened: "OpenScenario", plan: "Plan", problem: "Problem"
 ) -> "tuple[Certificate, float | None]":
     """Return the certificate, and the limit of the true optimum if other sets are asked for."""
-    from planner.bounds.certificate import Effort, certified
+    from planner.bounds.certificate import certified
     from planner.cli.progress import progress_bar
     from planner.cli.session import Drive, announcing
     from planner.cli.trials import Bounding, certificate_of
@@ -140,7 +142,7 @@ def _certificate(
     seconds, sets = arguments.time_limit, arguments.sets
     limit_s = math.inf if seconds is None else seconds
     with first_interrupt_asks() as asked:
-        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work)
+        bounding = Bounding(asked, arguments.gap, limit_s, arguments.work, arguments.jobs)
         certificate = certificate_of(problem, plan, bounding)
         if sets is None:
             return certificate, None
@@ -152,7 +154,7 @@ def _certificate(
             def bound(other: "Problem") -> float | None:
                 if asked():
                     return None
-                found = certified(other, plan, Effort(bounding.gap, bounding.stop())).bound
+                found = certified(other, plan, bounding.effort()).bound
                 progress(next(done), sets)
                 return found
 

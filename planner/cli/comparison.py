@@ -150,7 +150,7 @@ def _computed(
     seconds = math.inf if arguments.time_limit is None else arguments.time_limit
     futures, reasons = targets.planning.futures, list(known.reasons)
     with first_interrupt_asks() as asked:
-        bounding = Bounding(asked, seconds=seconds)
+        bounding = Bounding(asked, seconds=seconds, workers=arguments.jobs)
 
         def bound(plan: Plan) -> float | None:
             problem = certify.problem_of_plan(opened, plan, futures)

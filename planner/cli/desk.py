@@ -96,6 +96,8 @@ class Desk:
         self.said: Mapping[str, str] = {}  # words of the last call
         self.folder: Path | None = None  # of the last run that has a plan
         self.plans = 0  # that have come, of all calls
+        self.pages = 0  # that have come: of plans, and of guesses before them
+        self._guess: Path | None = None  # the folder of a call that has no plan yet
         self._exported = 0  # how many had come when the flight was written
         self._events: list[Event] = []
         self._first = 0  # of these, of the last call
@@ -181,7 +183,7 @@ class Desk:
             errors.seek(0)
             said = [line.strip().removeprefix("planner: ") for line in errors]
         with self._changed:
-            self._process = None
+            self._process = self._guess = None
             text = self._how_it_ended(code, [as_line(line) for line in said if line])
             if text:
                 text += f"; the last plan stands, in {folder}" if plans else ""
@@ -191,10 +193,15 @@ class Desk:
     def _heard(self, event: Event, folder: Path) -> bool:
         """Keep an event; return whether it is a plan, whose files are whole by now."""
         is_plan: bool = event["event"] == "plan"
+        is_guess = event["event"] == "cloud" and (folder / PAGE).is_file()
         with self._changed:
+            if is_guess:
+                self._guess = folder
             if is_plan:
-                self.folder, self.plans = folder, self.plans + 1
-                event["plans"] = self.plans
+                self.folder, self.plans, self._guess = folder, self.plans + 1, None
+            if is_plan or is_guess:
+                self.pages += 1
+                event["pages"] = self.pages
             self._say(event)
         return is_plan
 
@@ -225,6 +232,12 @@ class Desk:
             return self._events[number:]
 
     # Files
+
+    @property
+    def page(self) -> Path | None:
+        """The page of the last plan, or of where the target of a call may be that has none yet."""
+        folder = self._guess or self.folder
+        return None if folder is None else folder / PAGE
 
     def file(self, name: str) -> Path | None:
         """Return a file of the last plan, one of `FILES`; None while there is none.

@@ -58,7 +58,12 @@ def run(arguments: argparse.Namespace) -> int:
         "last_end_s": float(recording.futures.end_s.max()),
     }
     ends = {key: f"{summary[key]:.1f}" for key in ("first_end_s", "last_end_s")}
-    lines = summary_lines(summary | ends)
+    fates = recording.futures.fates
+    fared = {} if fates is None else fates.as_json()
+    shown = {key: f"{of:.3f}" if isinstance(of, float) else of for key, of in fared.items()}
+    lines = summary_lines(summary | ends | shown)
+    if fared:
+        summary["traffic"] = fared
     error = _clock_error(opened, recording)
     if error is not None:
         summary["clock"] = error.as_json()

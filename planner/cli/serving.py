@@ -22,7 +22,6 @@ from planner.cli.desk import FILES, BusyError, Desk, words_of
 from planner.errors import InputError
 from planner.guard import parsed_json
 from planner.messages import as_line
-from planner.mission.run_folder import PAGE
 from planner.page.serving import served
 from planner.scenario.profiles import shipped_profiles
 
@@ -216,8 +215,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _page(self) -> str:
         desk = self.server.desk
-        plans = desk.plans  # known before the page is read, which may be of the next one
-        file, state = desk.file(PAGE), {"said": dict(desk.said), "plans": plans}
+        # Known before the page is read, which may be the next one.
+        state = {"said": dict(desk.said), "plans": desk.plans, "pages": desk.pages}
+        file = desk.page
         text = self.server.blank if file is None else _read(file).decode()
         return served(text, profiles=shipped_profiles(), files=FILES, state=state)
 

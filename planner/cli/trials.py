@@ -12,12 +12,14 @@ from planner.cli.backends import recorder_of
 from planner.cli.progress import progress_bar
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
+from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import budget_of
 from planner.mission.trial import Attempt, attempted
+from planner.progress import Progress, silent
 from planner.search.methods import Method
 from planner.search.problem import Budget, Problem
-from planner.search.stop import AnyOf, Asked, Elapsed, Stop, WorkDone
+from planner.search.stop import AnyOf, Asked, Elapsed, WorkDone
 
 log = logging.getLogger(__name__)
 
@@ -65,16 +67,18 @@ class Bounding:
     gap: float = 0.0  # as soon as it is this small
     seconds: float = math.inf  # of wall-clock time
     steps: int | None = None  # price steps; None: the usual number, or any within the seconds
+    workers: int | None = None  # threads; None: one for each core
 
     @property
     def most_steps(self) -> int | None:
         """How many price steps are taken at most, None if only the time limits them."""
         return self.steps or (STEPS if math.isinf(self.seconds) else None)
 
-    def stop(self) -> Stop:
-        """Return the rule that ends one search, whose time begins now."""
+    def effort(self, on_progress: Progress = silent) -> Effort:
+        """Return what one search may spend, whose time begins now."""
         steps = [] if self.most_steps is None else [WorkDone(self.most_steps)]
-        return AnyOf(Asked(self.asked), Elapsed(self.seconds), *steps)
+        stop = AnyOf(Asked(self.asked), Elapsed(self.seconds), *steps)
+        return Effort(self.gap, stop, on_progress, self.workers or cores())
 
 
 def certificate_of(problem: Problem, plan: Plan, bounding: Bounding) -> Certificate:
@@ -86,4 +90,4 @@ def certificate_of(problem: Problem, plan: Plan, bounding: Bounding) -> Certific
             done, total = (step, most) if most else (time.monotonic() - begun_s, bounding.seconds)
             progress(int(min(done, total)), math.ceil(total), note)
 
-        return certified(problem, plan, Effort(bounding.gap, bounding.stop(), on_progress))
+        return certified(problem, plan, bounding.effort(on_progress))

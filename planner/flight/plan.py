@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -40,13 +40,35 @@ class FlownLeg:
         return FlownLeg(self.leg, self.depart_s + by_s, self.start_s + by_s, self.end_s + by_s)
 
 
+class Sortie(NamedTuple):
+    """Which flight of which UAV."""
+
+    uav: int  # from 0
+    number: int = 0  # of its flights, from 0
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What each UAV flies; one entry per UAV."""
+    """What is flown, from each take-off to its landing: one flight per UAV, or several."""
 
     method: str
     tracks: tuple[Track, ...]
     legs: tuple[tuple[FlownLeg, ...], ...]
+    sorties: tuple[Sortie, ...] = ()  # whose flights they are; empty: one of each UAV
+
+    @property
+    def flights(self) -> tuple[Sortie, ...]:
+        """Whose flights they are."""
+        return self.sorties or tuple(map(Sortie, range(len(self.tracks))))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What flights are called where there are several: "UAV 2", "UAV 2, flight 1"."""
+        again = any(flight.number for flight in self.flights)
+        return tuple(
+            f"UAV {flight.uav + 1}" + (f", flight {flight.number + 1}" if again else "")
+            for flight in self.flights
+        )
 
     @property
     def follows_roads(self) -> bool:

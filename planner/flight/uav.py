@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
-from planner.checked import number, set_fields
+from planner.checked import number, set_fields, whole
 from planner.errors import InputError
 from planner.flight.law import Aircraft, homeward_s
 
@@ -25,6 +25,8 @@ class Uav:
     link_m: float = np.inf  # how far from its start its radio reaches; the airspace keeps it there
     # What its plans are timed by in the end; None: it is the paper's, at full speed at once
     aircraft: Aircraft | None = None
+    sorties: int = 1  # how often it may fly, each time as long
+    swap_s: float = 0.0  # how long it stands on the ground in between
 
     def __post_init__(self) -> None:
         names = ("x_m", "y_m", "take_off_s", "altitude_m")
@@ -32,6 +34,8 @@ class Uav:
         found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
         longest_s = number("max_flight_time_s", self.max_flight_time_s, least=0.0, ends=False)
         found["max_flight_time_s"] = longest_s
+        found["sorties"] = whole("sorties", self.sorties, least=1)
+        found["swap_s"] = number("swap_s", self.swap_s, least=0.0)
         found["link_m"] = number("link_m", self.link_m, above=0.0, ends=False)
         if self.return_to_m is not None:
             if np.shape(self.return_to_m) != (2,):

@@ -94,6 +94,12 @@ class Fates(Frozen):
             return np.nan, np.nan, 0
         return *ratio_of_means(driven_m, alone_m), len(alone_m)
 
+    def as_json(self) -> dict[str, int | float]:
+        """Return how particles fared, and how far they slow each other where that is known."""
+        share, half, pairs = self.share()
+        known = {"share_of_way_alone": share, "share_measured_on": pairs} if pairs else {}
+        return {**self.counts(), **known, **({"share_half_width": half} if pairs > 1 else {})}
+
     def told_share(self) -> str:
         """Return a sentence on how far particles slow each other; empty if that is not known."""
         share, half, pairs = self.share()

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.branch_and_bound import Prefix
 from planner.bounds.certificate import Certificate, gap_of, proven_bound
-from planner.bounds.kernels.hops import Motion, Pieces
+from planner.bounds.flights import Prefix
+from planner.bounds.kernels.meetings import Motion, Pieces
 from planner.bounds.movements import Movements, pieces_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import json_text, write_json

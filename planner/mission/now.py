@@ -35,6 +35,7 @@ from planner.mission.now_events import (
     Outlook,
     Rung,
 )
+from planner.mission.now_unknowns import unknowns
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder, budget_of, needs_holdout, problem_of
 from planner.mission.trial import Attempt, attempted
@@ -50,8 +51,6 @@ EVERY_S = 5.0  # take-offs are told in such steps
 FIRST_S, WRITES_S = 5.0, 2.0  # for the first search, where none has been timed; for the files
 SPARE = 1.3  # times as long as the search before, for its work, a search may take
 OTHERS = 200  # targets on which a plan is evaluated for each thing that is not known
-QUADRANTS = ("north", "east", "south", "west")
-WENT_S = 60.0  # after which it shows which way a target went
 
 
 def events(call: Call, file: Path, how: How) -> Iterator[Event]:
@@ -197,7 +196,7 @@ class _Planning:
             fresh=fresh,
             problem=problem,
             trial=trial,
-            prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
+            prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
             sites=tuple(zip(names, (one.evaluated for one in trials), strict=True)),
         )
 
@@ -245,7 +244,7 @@ class _Planning:
             self._how.elapsed_s(),
             plan,
             tuple(conditions),
-            tuple(_by_heading(plan)),
+            unknowns(plan),
             waiting[0] if waiting else None,
             patterns[0] if patterns else None,
         )
@@ -295,31 +294,3 @@ def _stays_at(plan: Plan, made: FirstPlan) -> str:
     k = int(np.argmax(np.diff(track.time_s)))
     node, _ = nearest_node(made.opened.network, np.array([track.x_m[k + 1], track.y_m[k + 1]]))
     return crossing(made.opened.network, node)
-
-
-def _by_heading(made: FirstPlan) -> Iterator[Condition]:
-    """Yield the odds by which way the targets went at first, where nobody said."""
-    start, fresh = made.call.tables["target"]["start"], made.fresh.futures
-    if isinstance(start, dict) and "heading_deg" in start:
-        return
-    some = np.diff(fresh.first_knot) > 0
-    first = fresh.first_knot[:-1][some]
-    began_s = np.full(len(fresh), np.nan)
-    began_s[some] = fresh.time_s[first]
-    later = fresh.positions(np.fmin(began_s + WENT_S, fresh.end_s))
-    step = np.full((len(fresh), 2), np.nan)
-    step[some] = later[some] - np.stack([fresh.x_m[first], fresh.y_m[first]], axis=1)
-    moves = np.hypot(*step.T) > 1.0  # False for NaN
-    bearing_deg = np.degrees(np.arctan2(step[:, 0], step[:, 1]))
-    quadrant = np.round(np.nan_to_num(bearing_deg) / 90.0).astype(int) % len(QUADRANTS)
-    evaluated, present = made.trial.evaluated, float(fresh.weight.sum())
-    for k, name in enumerate(QUADRANTS):
-        went = moves & (quadrant == k)
-        share = float(fresh.weight[went].sum()) / present
-        if went.sum() > 1:
-            scale = 1.0 / share
-            yield Condition(
-                name,
-                evaluated.of_those(went, scale),
-                share,
-            )

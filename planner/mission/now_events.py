@@ -82,6 +82,14 @@ class Condition(NamedTuple):
     share: float | None = None  # how probable that is, where the belief says
 
 
+class Unknown(NamedTuple):
+    """What nobody said, and the odds by what the answer is."""
+
+    name: str
+    option: str  # that takes the answer
+    answers: tuple[Condition, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Outlook:
     """What the odds depend on, and what could be flown instead."""
@@ -89,7 +97,7 @@ class Outlook:
     elapsed_s: float
     plan: FirstPlan
     conditions: tuple[Condition, ...]
-    headings: tuple[Condition, ...]  # which way it went; empty where that was said
+    unknowns: tuple[Unknown, ...]  # that would change the odds, the most first
     waiting: tuple[str, Evaluation] | None  # at the best of all crossings
     pattern: tuple[str, Evaluation] | None  # the best of a pilot's patterns
 

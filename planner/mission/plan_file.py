@@ -1,7 +1,7 @@
 """``plan.json``: the flight that alone reproduces every figure of a plan."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.files import write_json
 from planner.flight.law import Aircraft
 from planner.flight.legs import Legs, leg_ends
-from planner.flight.plan import FlownLeg, Plan
+from planner.flight.plan import FlownLeg, Plan, Sortie
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.guard import read_json
@@ -40,6 +40,16 @@ class StoredPlan:
     objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
 
+    @property
+    def each(self) -> "tuple[StoredPlan, ...]":
+        """Each flight of the plan alone."""
+        plan = self.plan
+        flights = zip(plan.tracks, plan.legs, plan.flights, strict=True)
+        return tuple(
+            replace(self, plan=Plan(plan.method, (track,), (legs,), (flight,)))
+            for track, legs, flight in flights
+        )
+
 
 def write_plan(path: Path, content: Mapping[str, Any]) -> None:
     """Write ``plan.json`` from what ``plan_content`` returns."""
@@ -60,7 +70,7 @@ def plan_content(
     Parameters
     ----------
     problem
-        The one that it solves.
+        The one that it solves, of the first UAV.
     planned
         On the particles that the plan was made from.
     evaluated
@@ -69,6 +79,7 @@ def plan_content(
         Which moment time 0 is, with its offset from UTC; None: nobody said.
     """
     network = problem.network
+    uavs = [problem.uavs[flight.uav] for flight in plan.flights]
     return {
         "schema": SCHEMA,
         **network.credit,
@@ -77,13 +88,16 @@ def plan_content(
         "network": frame(network),
         "uavs": [
             {
-                **_uav(problem.uav, network),
-                **_aircraft(problem.uav.aircraft, track),
+                **_whose(plan, number),
+                **_uav(uav, network),
+                **_aircraft(uav.aircraft, track),
                 "waypoints": waypoints(track, network),
                 "legs": [_leg(flown, network) for flown in legs],
                 "sensor_on": track.sensor_on.tolist(),
             }
-            for track, legs in zip(plan.tracks, plan.legs, strict=True)
+            for number, (uav, track, legs) in enumerate(
+                zip(uavs, plan.tracks, plan.legs, strict=True)
+            )
         ],
         "planned": {
             "expected_detection_time_s": planned.expected_detection_time_s,
@@ -140,6 +154,14 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
         "found_by_s": by_s,
         "found_by_probability": evaluation.found_by_probability(by_s),
     }
+
+
+def _whose(plan: Plan, number: int) -> dict[str, int]:
+    """Return which flight of which UAV one is, if there are several."""
+    if len(plan.flights) == 1:
+        return {}
+    uav, again = plan.flights[number]
+    return {"uav": uav, "flight": again}
 
 
 def _uav(uav: Uav, network: RoadNetwork) -> dict[str, Any]:
@@ -209,16 +231,17 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         raise ValueError(f"schema {content['schema']!r}, not {SCHEMA!r}")
     if content["schema"] == SCHEMA and content["network"]["sha256"] != network.sha256:
         raise ValueError("it was made on another one")
-    tracks, legs = [], []
-    for uav in content["uavs"]:
+    tracks, legs, flights = [], [], []
+    for number, uav in enumerate(content["uavs"]):
         time_s, x_m, y_m, *_ = np.array(uav["waypoints"], dtype=float).T
         on = np.array(uav["sensor_on"], dtype=float).reshape(-1, 2)
         tracks.append(Track(time_s, x_m, y_m, on))
         legs.append(tuple(_flown(leg, network, tracks[-1]) for leg in uav["legs"]))
+        flights.append(Sortie(_count(uav.get("uav", number)), _count(uav.get("flight", 0))))
     if not tracks:
         raise ValueError("no uavs")
     return StoredPlan(
-        Plan(_text(content["method"]), tuple(tracks), tuple(legs)),
+        Plan(_text(content["method"]), tuple(tracks), tuple(legs), tuple(flights)),
         _sensor(content["planned"]),
         Objective(
             _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
@@ -236,6 +259,12 @@ def _sensor(planned: Mapping[str, Any]) -> Sensor:
 def _whole(number: object) -> int:
     if type(number) is not int or number < 1:
         raise ValueError(f"evaluated on {as_written(number)} targets")
+    return number
+
+
+def _count(number: object) -> int:
+    if type(number) is not int or number < 0:
+        raise ValueError(f"UAVs and their flights count from 0, not {as_written(number)}")
     return number
 
 

@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from planner.belief.mixture import Belief
+from planner.belief.mixture import Belief, in_traffic
 from planner.belief.particles import Particles, Realisations
 from planner.belief.recipe import Drawn, OneTarget
 from planner.belief.sampling import Sampling
@@ -17,6 +17,7 @@ from planner.checked import instance, set_fields, whole
 from planner.detection.likelihood import draws
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
+from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
@@ -31,8 +32,9 @@ from planner.mission.sample_sizes import fresh_targets, holdout_particles
 from planner.mission.uav_places import in_air
 from planner.progress import Progress
 from planner.scenario.sections import SensorSection
+from planner.search.fleet import fleet
 from planner.search.greedy_options import GreedyOptions
-from planner.search.methods import Method
+from planner.search.methods import Method, Planner
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
 from planner.search.searched import named_as_before, searched_problem
@@ -131,6 +133,26 @@ class Recorder:
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
         return self._left(self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed))
 
+    def validation(self, realisations: int, each: int) -> Recording:
+        """Return true targets in so many realisations of the traffic that no particle has seen.
+
+        They drive in it even if particles are believed not to.
+
+        Parameters
+        ----------
+        each
+            How many ride in each of them.
+        """
+        traffic = self.opened.traffic
+        if traffic is None:
+            raise InputError("traffic: nothing is said of any; give [traffic], or truths in files")
+        many = whole("realisations", realisations, least=2) * whole("each", each, least=1)
+        prior = in_traffic(self.opened.truth_prior)
+        search, name = self.opened.scenario.search, ("validation",)
+        there = Realisations(traffic.realisations, realisations)
+        recipe = Drawn(prior, many, search.horizon_s, search.seed, name, realisations=there)
+        return self._recorded(recipe, self._described("truth", recipe))
+
     def predefined(
         self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
     ) -> Recording:
@@ -214,16 +236,19 @@ class Recorder:
         note: Note | None = None,
     ) -> Recording:
         recipe = self._recipe(prior, n, name, sampling=sampling, seed=seed)
-        scenario = self.opened.scenario
-        belief = scenario.target if prior is self.opened.prior else scenario.truth
-        drawn_from = {
+        key: Literal["target", "truth"] = "target" if prior is self.opened.prior else "truth"
+        return self._recorded(recipe, self._described(key, recipe), note)
+
+    def _described(self, key: Literal["target", "truth"], recipe: Drawn) -> dict[str, Any]:
+        """Return what particles are drawn from, in the scenario's words."""
+        belief = getattr(self.opened.scenario, key)
+        return {
             "target": belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at"}),
             "horizon_s": recipe.horizon_s,
-            "sampling": sampling,
+            "sampling": recipe.sampling,
             "seed": recipe.seed,
-            "stream": list(name),
+            "stream": list(recipe.stream),
         }
-        return self._recorded(recipe, drawn_from, note)
 
     def _recipe(
         self,
@@ -257,42 +282,62 @@ class Recorder:
         return recorded(self.opened.network, recipe, scenario=described, how=how)
 
 
-def problem_of(
-    opened: OpenScenario, futures: Futures, *, method: Method | None = None, number: int = 0
-) -> Problem:
-    """Return the planning problem of one of a scenario's UAVs on given futures.
+def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:
+    """Return the planning problem of a scenario on given futures; of a fleet, its first UAV's.
 
     Parameters
     ----------
     method
         One that plans by simulation takes off later by the scenario's ``planning_time_s``.
-    number
-        Of the UAV, from 0.
     """
-    scenario, section = opened.scenario, opened.scenario.uavs[number]
+    return problems_of(opened, futures, method=method)[0]
+
+
+def problems_of(
+    opened: OpenScenario, futures: Futures, *, method: Method | None = None
+) -> tuple[Problem, ...]:
+    """Return the planning problem of each UAV of a scenario, as if it were alone."""
+    scenario = opened.scenario
     charged_s = scenario.search.planning_time_s if method and method.simulates else 0.0
-    x_m, y_m = opened.starts_m[number]
-    uav = Uav(
-        x_m=x_m,
-        y_m=y_m,
-        take_off_s=scenario.target.last_seen_ago_s + section.take_off_s + charged_s,
-        speed_mps=section.speed_mps,
-        altitude_m=section.altitude_m,
-        max_flight_time_s=section.max_flight_time_s or np.inf,
-        return_to_m=opened.landings_m[number],
-        link_m=section.link_m or np.inf,
-        aircraft=aircraft_of(section),
-    )
-    if section.in_air is not None:
-        uav = in_air(uav, section.in_air, opened.network)
-    radius_m = section.sensor_radius_m or scenario.sensor.radius_m
-    carried = scenario.sensor.model_copy(update={"radius_m": radius_m})
-    sensor = sensor_of(carried, section.speed_mps)
+    ready_s = scenario.target.last_seen_ago_s
+    places = zip(scenario.uavs, opened.starts_m, opened.landings_m, strict=True)
+    uavs = [
+        Uav(
+            x_m=x_m,
+            y_m=y_m,
+            take_off_s=ready_s + section.take_off_s + charged_s,
+            speed_mps=section.speed_mps,
+            altitude_m=section.altitude_m,
+            max_flight_time_s=section.max_flight_time_s or np.inf,
+            return_to_m=home_m,
+            link_m=section.link_m or np.inf,
+            aircraft=aircraft_of(section),
+            sorties=section.sorties or 1,
+            swap_s=section.swap_s or 0.0,
+        )
+        for section, (x_m, y_m), home_m in places
+    ]
+    uavs = [
+        uav if section.in_air is None else in_air(uav, section.in_air, opened.network)
+        for uav, section in zip(uavs, scenario.uavs, strict=True)
+    ]
+    # All carry the same sensor: its rate is what makes a pass of the first one detect as said.
+    sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
     objective = Objective(search.horizon_s, by_s)
-    airspace = opened.airspaces[number]
-    return Problem(opened.network, futures, uav, sensor, objective, airspace=airspace)
+    return tuple(
+        Problem(
+            opened.network,
+            futures,
+            uav,
+            sensor,
+            objective,
+            airspace=airspace,
+            others=tuple(uavs[:number] + uavs[number + 1 :]),
+        )
+        for number, (uav, airspace) in enumerate(zip(uavs, opened.airspaces, strict=True))
+    )
 
 
 def sensor_of(section: SensorSection, speed_mps: float) -> Sensor:
@@ -335,21 +380,32 @@ def make_plan(
     InputError
         If its flight does not keep to the airspace.
     """
-    problem = problem_of(opened, futures, method=method).replace(holdout=holdout)
     budget = budget or budget_of(opened)
+    extra: dict[str, Any] = {"holdout": holdout}
     # Without a holdout nothing says that the futures come from what is believed of the target.
     if holdout is not None and (budget.free if method.moves_freely else method.proposes):
-        problem = problem.replace(proposals=recorder.proposals(futures))
+        extra["proposals"] = recorder.proposals(futures)
+    problems = [one.replace(**extra) for one in problems_of(opened, futures, method=method)]
     rng = stream(opened.scenario.search.seed, "planner", method.name)
-    planner = _planner(method, opened, recorder)
+    planner = _within_airspace(_planner(method, opened, recorder))
+    if sum(one.uav.sorties for one in problems) > 1:
+        return fleet(problems, planner, budget=budget, rng=rng, together=method.teams)
+    return planner(problems[0], budget=budget, rng=rng)
 
-    if problem.airspace is None:
-        return planner(problem, budget=budget, rng=rng)
-    searched, roads = searched_problem(problem)
-    found = planner(searched, budget=budget, rng=rng)
-    for track in found.plan.tracks:
-        problem.airspace.refuse(track)
-    return replace(found, plan=named_as_before(found.plan, roads))
+
+def _within_airspace(planner: Planner) -> Planner:
+    """Return a planner that keeps to the airspace of a problem, over the roads that lie in it."""
+
+    def plan(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
+        if problem.airspace is None:
+            return planner(problem, budget=budget, rng=rng)
+        searched, roads = searched_problem(problem)
+        found = planner(searched, budget=budget, rng=rng)
+        for track in found.plan.tracks:
+            problem.airspace.refuse(track)
+        return replace(found, plan=named_as_before(found.plan, roads))
+
+    return plan
 
 
 def budget_of(opened: OpenScenario) -> Budget:
@@ -364,9 +420,7 @@ def may_leave_roads(opened: OpenScenario) -> bool:
     return sees and not opened.network.is_abstract if free is None else free
 
 
-def _planner(
-    method: Method, opened: OpenScenario, recorder: Recorder
-) -> Callable[..., SearchResult]:
+def _planner(method: Method, opened: OpenScenario, recorder: Recorder) -> Planner:
     planner: Callable[..., SearchResult] = method.load()
     if not method.takes_options:
         return planner

@@ -143,13 +143,17 @@ def guess_content(opened: OpenScenario, drawn: Drawn, clock: Clock) -> dict[str,
     """Return where the target may be, and the drone before it takes off, as plain data."""
     scenario, network = opened.scenario, opened.network
     under = under_content(network, opened.airspace, drawn.roads, drawn.frame, drawn.view)
+    end_s = scenario.search.horizon_s
     return UNPLANNED | {
         "clock": clock.as_dict(),
         "start_s": round(float(scenario.take_off_s), 2),
-        "end_s": scenario.search.horizon_s,
+        "end_s": end_s,
         "radius_m": scenario.sensor.radius_m,
         **under,
-        "uavs": [{"waypoints": [[0.0, *opened.uav_xy_m]], "sensor_on": [], "legs": []}],
+        "uavs": [
+            {"waypoints": [[end_s, *place]], "sensor_on": [], "legs": []}
+            for place in opened.starts_m
+        ],
         "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
         "earth": earth_content(network, drawn.whole, drawn.view),
     }

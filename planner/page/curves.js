@@ -11,29 +11,20 @@ function drawCurves(s) {
   sized(curve);
   const r = ratio(), left = MARGIN.left * r, bottom = curve.height - MARGIN.bottom * r, top = MARGIN.top * r, right = curve.width - MARGIN.right * r;
   const x = (time) => left + ((right - left) * time) / D.end_s, y = (p) => bottom - (bottom - top) * p;
-  const line = (x1, y1, x2, y2) => {
-    ink.beginPath();
-    ink.moveTo(x1, y1);
-    ink.lineTo(x2, y2);
-    ink.stroke();
-  };
   ink.clearRect(0, 0, curve.width, curve.height);
-  ink.font = 11 * r + "px " + FONT;
+  write(ink, 11, "right", "middle");
   ink.lineWidth = r;
   ink.strokeStyle = colours.line;
   ink.fillStyle = colours.dim;
-  ink.textAlign = "right";
-  ink.textBaseline = "middle";
   for (const p of [0, 0.25, 0.5, 0.75, 1]) {
-    line(left, y(p), right, y(p));
+    stroke(ink, [[left, y(p)], [right, y(p)]]);
     ink.fillText(100 * p + " %", left - 6 * r, y(p));
   }
-  ink.textAlign = "center";
-  ink.textBaseline = "top";
+  write(ink, 11, "center", "top");
   const step = [60, 120, 300, 600, 900, 1800, 3600, 7200].find((n) => D.end_s / n <= 6.5) || 14400;
   const past = D.clock ? (D.clock.sighted_ms / 1000 + D.clock.offset_min * 60) % step : 0;
   for (let time = past ? step - past : 0; time <= D.end_s; time += step) {
-    line(x(time), bottom, x(time), bottom + 4 * r);
+    stroke(ink, [[x(time), bottom], [x(time), bottom + 4 * r]]);
     ink.fillText(short(time) + (D.clock ? "" : " min"), Math.min(x(time), right - 12 * r), bottom + 7 * r);
   }
   ink.save();
@@ -42,18 +33,12 @@ function drawCurves(s) {
     ink.strokeStyle = colour;
     ink.lineWidth = width * r;
     ink.setLineDash(dash.map((n) => n * r));
-    ink.beginPath();
-    points.forEach((p, k) => {
-      const at = x((k * D.end_s) / (points.length - 1));
-      if (k) ink.lineTo(at, y(p));
-      else ink.moveTo(at, y(p));
-    });
-    ink.stroke();
+    stroke(ink, points.map((p, k) => [x((k * D.end_s) / (points.length - 1)), y(p)]));
   }
   ink.restore();
   ink.strokeStyle = ink.fillStyle = colours.fg;
   ink.lineWidth = 1.5 * r;
-  line(x(s), top, x(s), bottom);
+  stroke(ink, [[x(s), top], [x(s), bottom]]);
   ink.beginPath();
   ink.arc(x(s), y(found(D.curves[0], s)), 4 * r, 0, 7);
   ink.fill();

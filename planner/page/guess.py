@@ -10,7 +10,7 @@ from planner.page.document import NO_PARTS, document, markup
 from planner.page.still import still
 from planner.page.words import UNTITLED, Clock
 
-NO_PLAN = "The first plan is being made. While it is, this page looks for it every few seconds."
+NO_PLAN = "The first plan is being made; this page turns into it."
 
 
 def page_of_guess(opened: OpenScenario, guess: Futures) -> str:
@@ -27,7 +27,7 @@ def page_of_guess(opened: OpenScenario, guess: Futures) -> str:
         opened.network,
         guess,
         np.full(len(guess), np.inf),
-        [np.array([opened.uav_xy_m])],
+        [np.array(opened.starts_m)],
         radius_m=scenario.sensor.radius_m,
         until_s=horizon_s,
     )

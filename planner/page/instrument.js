@@ -39,6 +39,7 @@ function line(text) {
   $("log").append(item);
   $("heard").hidden = false;
 }
+const newer = (event) => event.pages > state.pages && location.reload();
 const told = {
   call(event) {
     $("log").replaceChildren();
@@ -53,7 +54,8 @@ const told = {
     $("far").value = event.done;
     tell("SUMO drives " + event.title);
   },
-  plan: (event) => event.plans > state.plans && location.reload(),
+  cloud: newer,
+  plan: newer,
   ended(event) {
     running(false);
     if (event.code) $("words").open = true;

@@ -53,8 +53,20 @@ const roads = (() => {
   const xy = unpack(D.roads.xy);
   return { first: offsets(unpack(D.roads.points)), xy: Float64Array.from(xy, (n, i) => (i % 2 ? D.frame.y : D.frame.x) + n * D.frame.m) };
 })();
-function trace(c, points) {
-  points.forEach(([x, y], i) => (i ? c.lineTo(across(x), down(y)) : c.moveTo(across(x), down(y))));
+// A line, in pixels or in metres; and how text is written.
+function line(c, points) {
+  points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
+}
+const placed = (points) => points.map(([x, y]) => [across(x), down(y)]);
+function stroke(c, points) {
+  c.beginPath();
+  line(c, points);
+  c.stroke();
+}
+function write(c, size, align, base) {
+  c.font = size * ratio() + "px " + FONT;
+  c.textAlign = align;
+  c.textBaseline = base;
 }
 function drawRoads(c) {
   c.strokeStyle = colours.road;
@@ -75,7 +87,7 @@ function drawAreas(c) {
     c.lineWidth = 2 * ratio();
     c.setLineDash(looks[kind][1].map((n) => n * ratio()));
     c.beginPath();
-    for (const ring of rings) trace(c, ring);
+    for (const ring of rings) line(c, placed(ring));
     c.stroke();
     c.globalAlpha = 0.14;
     if (kind === "no_fly") c.fill("evenodd");
@@ -86,9 +98,7 @@ function drawAreas(c) {
 // Names of streets, the longest first, wherever none is yet.
 function drawNames(c) {
   const taken = [], r = ratio();
-  c.font = 11 * r + "px " + FONT;
-  c.textAlign = "center";
-  c.textBaseline = "middle";
+  write(c, 11, "center", "middle");
   c.lineWidth = 3 * r;
   c.strokeStyle = colours.bg;
   c.fillStyle = colours.dim;
@@ -113,20 +123,16 @@ function drawGrid(c) {
   c.strokeStyle = colours.acc;
   c.fillStyle = colours.fg;
   c.lineWidth = 0.6 * r;
-  c.font = 10 * r + "px " + FONT;
-  c.textBaseline = "alphabetic";
-  for (const line of grid.lines) {
-    c.beginPath();
-    trace(c, line.xy);
-    c.stroke();
-    const edge = line.axis ? 4 * r : floor - 24 * r;
-    const at = line.xy.map(([x, y]) => (line.axis ? [across(x), down(y)] : [down(y), across(x)]));
+  write(c, 10, "left", "alphabetic");
+  for (const { xy, axis, km } of grid.lines) {
+    const on = placed(xy), edge = axis ? 4 * r : floor - 24 * r;
+    stroke(c, on);
+    const at = on.map(([x, y]) => (axis ? [x, y] : [y, x]));
     for (let i = 1; i < at.length; i++) {
       const [a, b] = [at[i - 1], at[i]];
       if ((a[0] - edge) * (b[0] - edge) > 0 || a[0] === b[0]) continue;
-      const on = a[1] + ((edge - a[0]) / (b[0] - a[0])) * (b[1] - a[1]);
-      c.textAlign = "left";
-      halo(c, line.km, line.axis ? edge : on + 3 * r, line.axis ? on - 3 * r : edge);
+      const there = a[1] + ((edge - a[0]) / (b[0] - a[0])) * (b[1] - a[1]);
+      halo(c, km, axis ? edge : there + 3 * r, axis ? there - 3 * r : edge);
     }
   }
   c.textAlign = "right";
@@ -151,24 +157,14 @@ function drawScale(c) {
   const r = ratio(), m = rounded((110 * r) / view.scale), long = m * view.scale, x = 14 * r, y = 16 * r;
   c.strokeStyle = c.fillStyle = colours.fg;
   c.lineWidth = 2 * r;
-  c.beginPath();
-  c.moveTo(x, y - 4 * r);
-  c.lineTo(x, y);
-  c.lineTo(x + long, y);
-  c.lineTo(x + long, y - 4 * r);
-  c.stroke();
-  c.font = 12 * r + "px " + FONT;
-  c.textAlign = "left";
-  c.textBaseline = "alphabetic";
+  stroke(c, [[x, y - 4 * r], [x, y], [x + long, y], [x + long, y - 4 * r]]);
+  write(c, 12, "left", "alphabetic");
   halo(c, metres(m), x, y + 15 * r);
   c.save();
   c.translate(x + long + 26 * r, y + 6 * r);
   c.rotate(((D.earth ? D.earth.north : 0) * Math.PI) / 180);
   c.beginPath();
-  c.moveTo(0, -14 * r);
-  c.lineTo(5 * r, 2 * r);
-  c.lineTo(0, -1 * r);
-  c.lineTo(-5 * r, 2 * r);
+  line(c, [[0, -14 * r], [5 * r, 2 * r], [0, -r], [-5 * r, 2 * r]]);
   c.fill();
   c.textAlign = "center";
   halo(c, D.earth ? "N" : "y", 0, 15 * r);

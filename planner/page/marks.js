@@ -58,9 +58,7 @@ function drawWay(points, width, opacity, dash) {
   pen.lineWidth = width * r;
   pen.globalAlpha = opacity;
   pen.setLineDash(dash.map((n) => n * r));
-  pen.beginPath();
-  trace(pen, points);
-  pen.stroke();
+  stroke(pen, placed(points));
   pen.setLineDash([]);
   pen.globalAlpha = 1;
 }
@@ -75,6 +73,11 @@ function drawFlight(uav, s) {
   pen.lineCap = "round";
   if (s > way[0][0]) drawWay([...way.slice(0, here[2] + 1).map(at), here], 3, 1, []);
   drawDrone(here, uav.sensor_on.some(([from, to]) => from <= s && s <= to));
+  if (D.uavs.length < 2) return;
+  pen.strokeStyle = colours.bg;
+  pen.fillStyle = colours.fg;
+  write(pen, 12, "left", "alphabetic");
+  halo(pen, D.uavs.indexOf(uav) + 1, across(here[0]) + 10 * ratio(), down(here[1]) - 4 * ratio());
 }
 // The sensor's disc is dashed while it is off; the drone is hollow at the edge while it is beyond.
 function drawDrone(here, sees) {
@@ -90,9 +93,7 @@ function drawDrone(here, sees) {
   pen.stroke();
   pen.setLineDash([]);
   pen.beginPath();
-  pen.moveTo(px, py - size);
-  pen.lineTo(px + 0.8 * size, py + 0.7 * size);
-  pen.lineTo(px - 0.8 * size, py + 0.7 * size);
+  line(pen, [[px, py - size], [px + 0.8 * size, py + 0.7 * size], [px - 0.8 * size, py + 0.7 * size]]);
   pen.closePath();
   pen.fillStyle = px === x && py === y ? colours.uav : colours.bg;
   pen.fill();
@@ -105,16 +106,10 @@ function drawPin([x, y, to]) {
   pen.lineWidth = 2.5 * r;
   pen.beginPath();
   pen.arc(px, py, 9 * r, 0, 7);
-  for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-    pen.moveTo(px + 5 * dx * r, py + 5 * dy * r);
-    pen.lineTo(px + 14 * dx * r, py + 14 * dy * r);
-  }
+  for (const [dx, dy] of [[r, 0], [-r, 0], [0, r], [0, -r]]) line(pen, [5, 14].map((n) => [px + n * dx, py + n * dy]));
   if (to !== undefined) {
     const at = ((to + (D.earth ? D.earth.north : 0)) * Math.PI) / 180, end = (long, turn) => [px + long * r * Math.sin(at + turn), py - long * r * Math.cos(at + turn)];
-    for (const [from, by] of [[[px, py], 0], [end(44, -0.15), 0], [end(44, 0.15), 0]]) {
-      pen.moveTo(...from);
-      pen.lineTo(...end(56, by));
-    }
+    for (const from of [[px, py], end(44, -0.15), end(44, 0.15)]) line(pen, [from, end(56, 0)]);
   }
   pen.stroke();
 }

@@ -23,7 +23,8 @@ const doings = D.uavs.map(() => {
 });
 function doing({ legs, waypoints }, u) {
   const i = legAt(legs), who = D.uavs.length > 1 ? "drone " + (u + 1) + ": " : "";
-  if (now < D.start_s) return [who + "on the ground", "takes off " + clock(D.start_s)];
+  const start = waypoints.length ? waypoints[0][0] : D.start_s;
+  if (now < start) return [who + "on the ground", "takes off " + clock(start)];
   if (i < 0) return [who + (waypoints.length && now < waypoints.at(-1)[0] ? "flying" : "landed"), ""];
   const next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
   return [who + (i + 1) + " " + legs[i][0], next];

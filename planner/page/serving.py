@@ -29,7 +29,8 @@ def served(
     files
         Names of files to take.
     state
-        ``said``: what fields of the form hold, by name; ``plans``: how many this page knows of.
+        ``said``: what fields of the form hold, by name; ``plans``: how many there are; ``pages``:
+        how many this one knows of.
     """
     text = settled(text)  # its form says when there is a better one
     form = (HERE / "instrument.html").read_text(encoding="utf-8")

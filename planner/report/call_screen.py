@@ -201,16 +201,27 @@ def _instead(outlook: Outlook, end_s: float) -> Iterator[str]:
 
 def _matters(outlook: Outlook, end_s: float) -> Iterator[str]:
     """Yield what would be worth asking."""
-    if len(outlook.headings) < 2:
+    if not outlook.unknowns:
         return
-    said = [f"{one.name} {_heading_odds(one, end_s)}" for one in outlook.headings]
-    text = f"which way it went: {', '.join(said)}; ask, and give --heading"
-    yield from _wrapped("would change it:", text)
+    by = at(outlook.plan.call, end_s)
+    yield from _wrapped("would change it:", f"if you ask, and say it; found by {by} (95 %), if so:")
+    for name, option, answers in outlook.unknowns:
+        said = ", ".join(_answer(one, end_s) for one in answers)
+        yield from textwrap.wrap(
+            f"- {name} ({option}): {said}",
+            WIDTH,
+            initial_indent="  ",
+            subsequent_indent="    ",
+            break_on_hyphens=False,
+        )
 
 
-def _heading_odds(one: Condition, end_s: float) -> str:
-    share = "" if one.share is None else f" ({_percent(one.share)} go there)"
-    return f"{_percent(one.evaluated.found_by_probability(end_s))}{share}"
+def _answer(one: Condition, end_s: float) -> str:
+    low, high = one.evaluated.found_by_interval(end_s)
+    share = "" if one.share is None else f"; {_percent(one.share)} are so"
+    return (
+        f"{one.name} {_points(one.evaluated, end_s)} ({100 * low:.0f} .. {100 * high:.0f}{share})"
+    )
 
 
 def _details(event: FirstPlan, times_s: Sequence[float]) -> str:

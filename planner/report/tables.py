@@ -1,7 +1,7 @@
 """Tables for a terminal; plain text where there is none."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from planner.bounds.certificate import gap_of
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.flight.legs import leg_ends
-from planner.flight.plan import Plan
+from planner.flight.plan import FlownLeg, Plan
 from planner.flight.simplified import told_knots
 from planner.flight.track import Track
 from planner.messages import counted
@@ -126,22 +126,17 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
     ids = (Column("street", left=True, wraps=True), Column("road", rank=3, left=True))
     times_s = (Column("start", rank=1), Column("end", rank=2))
     called = ids if named else (Column("road", left=True), *ends)
-    table = FittingTable("roads in the order flown", (Column("#"), *called, *times_s))
-    flown = [
-        (order, leg)
-        for legs in plan.legs
-        for order, leg in enumerate(legs, 1)
-        if leg.start_s < until_s
-    ]
-    for order, leg in flown[:MOST_ROWS]:
+    columns = (Column("#"), *called, *times_s)
+
+    def cells(leg: FlownLeg) -> list[str]:
         times = (clock(leg.start_s), clock(leg.end_s))
         road = network.road_ids[leg.road]
         if named:
-            table.add_row(str(order), road_phrase(network, leg.leg), road, *times)
-        else:
-            table.add_row(str(order), road, *leg_ends(network, leg.leg), *times)
-    _tell_more(table, len(flown))
-    return table
+            return [road_phrase(network, leg.leg), road, *times]
+        return [road, *leg_ends(network, leg.leg), *times]
+
+    flown = [[cells(leg) for leg in legs if leg.start_s < until_s] for legs in plan.legs]
+    return _flights_table("roads in the order flown", columns, plan, flown)
 
 
 def waypoints_table(
@@ -163,19 +158,42 @@ def waypoints_table(
     street = [Column("street", left=True, wraps=True)] * named
     times = (Column("arrives"), Column("leaves", rank=1))
     columns = (Column("#"), *street, *map(Column, place), *times)
-    table = FittingTable("waypoints in the order flown", columns)
-    stays = [
-        stay for track in plan.tracks for stay in _stays(track, radius_m) if stay.from_s < until_s
-    ]
-    for order, (x_m, y_m, from_s, to_s) in enumerate(stays[:MOST_ROWS], 1):
-        xy_m = np.array([x_m, y_m])
-        cells = [_street(network, xy_m)] * named
+
+    def cells(stay: _Stay) -> list[str]:
+        xy_m = np.array([stay.x_m, stay.y_m])
+        found = [_street(network, xy_m)] * named
         if is_georeferenced(network):
-            cells.append(coordinates(network, xy_m))
+            found.append(coordinates(network, xy_m))
         else:
-            cells += [f"{x_m:,.0f}", f"{y_m:,.0f}"]
-        table.add_row(str(order), *cells, clock(from_s), clock(min(to_s, until_s)))
-    _tell_more(table, len(stays))
+            found += [f"{stay.x_m:,.0f}", f"{stay.y_m:,.0f}"]
+        return [*found, clock(stay.from_s), clock(min(stay.to_s, until_s))]
+
+    flown = [
+        [cells(stay) for stay in _stays(track, radius_m) if stay.from_s < until_s]
+        for track in plan.tracks
+    ]
+    return _flights_table("waypoints in the order flown", columns, plan, flown)
+
+
+def _flights_table(
+    title: str, columns: Sequence[Column], plan: Plan, flown: Sequence[Sequence[Sequence[str]]]
+) -> FittingTable:
+    """Return a table of what is flown, for each flight the cells after its number.
+
+    Where there are several flights, each begins with its name.
+    """
+    several = len(flown) > 1
+    table = FittingTable(title, ([Column("UAV", left=True)] if several else []) + [*columns])
+    most = MOST_ROWS if not several else max(1, MOST_ROWS // len(flown))
+    for name, rows in zip(plan.names, flown, strict=True):
+        told = [[name.removeprefix("UAV ")]] + [[""]] * len(rows) if several else [[]] * len(rows)
+        for order, (head, cells) in enumerate(zip(told, rows[:most], strict=False), 1):
+            table.add_row(*head, str(order), *cells)
+        if len(rows) > most:
+            blank = [""] * (len(columns) - 2)
+            table.add_row(*[""] * several, "", f"{len(rows) - most:,} more", *blank)
+        if several:
+            table.end_section()
     return table
 
 
@@ -215,12 +233,6 @@ def _few(targets: int) -> str:
         f"intervals from {counted(targets, 'target')} are rough: trust them from "
         f"{ENOUGH_TARGETS} on"
     )
-
-
-def _tell_more(table: FittingTable, rows: int) -> None:
-    if rows > MOST_ROWS:
-        blank = [""] * (len(table.columns) - 2)
-        table.add_row("", f"{rows - MOST_ROWS:,} more", *blank)
 
 
 def compare_table(

@@ -100,11 +100,6 @@ class UavSection(Section):
         description="how long it stands on the ground between two flights, as seconds or H:M:S, "
         "or leave it out: not at all; goes with sorties",
     )
-    sensor_radius_m: Radius | None = Field(
-        default=None,
-        description="the radius of a sensor of its own in metres, or leave it out for "
-        "sensor.radius_m",
-    )
 
     @property
     def can_hover(self) -> bool:

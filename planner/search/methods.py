@@ -39,6 +39,7 @@ class Method:
     is_sized: bool = True  # how long it takes follows from what the scenario says
     stops: bool = False  # when asked, with the best plan so far
     is_pattern: bool = False  # what a pilot flies without a planner
+    teams: bool = False  # plans a fleet's flights together as well as one after the other
     own: "OwnPlanner | None" = None  # whose file it comes from; None: the program's own
 
 
@@ -187,6 +188,7 @@ METHODS = (
         chooses=True,
         moves_freely=True,
         stops=True,
+        teams=True,
     ),
     Method("beam", "grows many road orders in parallel", True, _beam, chooses=True, stops=True),
     Method("lns", "repeatedly cuts and repairs the order of rate", True, _lns, stops=True),

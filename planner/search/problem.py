@@ -39,6 +39,7 @@ class Problem:
     start: SearchState | None = None  # where the search stands; None: before take-off
     flown: tuple[Searched, ...] = ()  # flights of others that are decided, still to come or not
     airspace: Airspace | None = None  # where the UAV may fly; None: anywhere
+    others: tuple[Uav, ...] = ()  # UAVs of the same fleet, for what all together can do at best
 
     def __post_init__(self) -> None:
         kinds = {
@@ -56,6 +57,11 @@ class Problem:
     def replace(self, **changes: Any) -> "Problem":
         """Return a copy with some fields changed."""
         return replace(self, **changes)
+
+    @property
+    def uavs(self) -> tuple[Uav, ...]:
+        """All UAVs of the fleet, its own first."""
+        return (self.uav, *self.others)
 
     @property
     def horizon_s(self) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.bounds.hops import hops_of
+from planner.bounds.kernels.hops import Bins, stay_through, sweep
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import Table, table_of
 from planner.bounds.subgradient import lowest
@@ -80,28 +81,78 @@ def test_counts_are_a_slope(seed: int) -> None:
         assert table.bound(there)[0] >= bound + change - 1e-7 * most
 
 
+def sight_of(problem: Problem, hop: int, start_s: float) -> np.ndarray:
+    """When a hop begun at a time sees each particle, by its whole track."""
+    hops = hops_of(problem.legs)
+    points = slice(hops.first_point[hop], hops.first_point[hop + 1])
+    time_s = start_s + hops.after_s[points]
+    on = np.array([(time_s[0], time_s[-1])])
+    track = Track(time_s, hops.x_m[points], hops.y_m[points], on)
+    return first_detection(problem.futures, track, problem.sensor.radius_m)
+
+
 @pytest.mark.parametrize("seed", range(12))
-def test_what_a_leg_before_surely_saw_it_saw(seed: int) -> None:
-    """Whenever within its bins the hop begins, the leg flown just before has seen the particle."""
+def test_what_a_leg_before_makes_worthless(seed: int) -> None:
+    """From wherever in its bin it begins, it may see as soon, or whatever came before it saw."""
     problem, rng = random_problem(seed), np.random.default_rng(seed)
-    hops, table = hops_of(problem.legs), small_table(problem)
-    first, particle, _, known = table.columns.sightings
+    movements, table, radius_m = Movements(problem), small_table(problem), problem.sensor.radius_m
+    hops, xy = movements.hops, problem.network.node_xy_m
+    first, particle, reward, known = table.columns.sightings
     first_into, into = table.columns.arrivals
-    hop_of = np.searchsorted(first, np.arange(len(particle)), side="right") - 1
-    told = np.flatnonzero(known)
-    for e in rng.choice(told, min(60, len(told)), replace=False).tolist():
-        i, hop = divmod(int(hop_of[e]), len(hops))
-        before = [b for b in range(8) if known[e] >> b & 1]
-        leg = int(into[first_into[hops.from_node[hop]] + before[0]])
+    bins, told, as_soon = table.bins, np.flatnonzero(known), 0
+    cell_of = np.searchsorted(first, np.arange(len(particle)), side="right") - 1
+    for e in rng.choice(told, min(100, len(told)), replace=False).tolist():
+        (i, hop), k = divmod(int(cell_of[e]), len(hops)), int(particle[e])
+        bit = next(b for b in range(8) if known[e] >> b & 1)
+        leg = int(into[first_into[hops.from_node[hop]] + bit])
         assert hops.to_node[leg] == hops.from_node[hop]
-        for late in (-0.5, 0.0, 0.5):
-            starts_s = table.bins.first_s + (i + late) * table.bins.step_s - hops.duration_s[leg]
-            points = slice(hops.first_point[leg], hops.first_point[leg + 1])
-            time_s = starts_s + hops.after_s[points]
-            on = np.array([(time_s[0], time_s[-1])])
-            track = Track(time_s, hops.x_m[points], hops.y_m[points], on)
-            seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-            assert np.isfinite(seen_at[particle[e]])
+        for ago in set(map(int, bins.lasting(hops.duration_s[leg]))):
+            cell = (i - ago) * len(hops) + leg
+            rows = slice(first[cell], first[cell + 1])
+            if np.any(reward[rows][particle[rows] == k] >= reward[e]):
+                as_soon += 1
+                continue
+            for late in (-0.5, -0.2, 0.0, 0.3, 0.5):
+                at_s = bins.first_s + (i - ago + late) * bins.step_s
+                away_m = problem.futures.positions(at_s)[k] - xy[hops.from_node[leg]]
+                assert np.hypot(*away_m) <= radius_m + 1e-6
+    assert as_soon or len(told) < 10
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_bin_sees_what_any_start_in_it_sees(seed: int) -> None:
+    """As early as the earliest of many starts, nearly, and never later."""
+    problem, rng = random_problem(seed, particles=20), np.random.default_rng(seed)
+    movements, radius_m = Movements(problem), problem.sensor.radius_m
+    bins = Bins(float(rng.uniform(0.0, 300.0)), float(rng.choice([1.0, 5.0, 30.0])), 12)
+    shape = (bins.total, len(problem.futures))
+    for hop in rng.choice(len(movements.hops), 3, replace=False).tolist():
+        may_s = np.full(shape, np.inf)
+        sweep(movements.hops.motion(hop), movements.pieces, bins, radius_m, may_s)
+        for i in rng.choice(bins.total, 3, replace=False).tolist():
+            starts_s = bins.first_s + (i + np.linspace(-0.5, 0.5, 41)) * bins.step_s
+            seen_s = np.array([sight_of(problem, hop, start_s) for start_s in starts_s])
+            earliest_s = seen_s.min(axis=0)
+            assert np.all(may_s[i] <= earliest_s + 1e-6)
+            met = np.isfinite(earliest_s)
+            assert np.all(may_s[i][met] >= earliest_s[met] - bins.step_s / 10)
+            # From between two starts more may be seen, but hardly by one that passes far off.
+            assert np.count_nonzero(np.isfinite(may_s[i]) & ~met) <= 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_who_is_seen_before_was_in_reach_throughout(seed: int) -> None:
+    problem, rng = random_problem(seed, particles=60), np.random.default_rng(seed)
+    pieces, bins = Movements(problem).pieces, Bins(50.0, 4.0, 100)
+    here = np.zeros((bins.total, len(problem.futures)), dtype=bool)
+    at_m, reach_m = tuple(problem.network.node_xy_m[rng.integers(4)].tolist()), 1500.0
+    stay_through(at_m, pieces, bins, reach_m, here)
+    looks_s = bins.first_s + np.linspace(-0.5, 0.5, 21) * bins.step_s
+    all_s = (looks_s[None] + bins.step_s * np.arange(bins.total)[:, None]).ravel()
+    away = [np.hypot(*(problem.futures.positions(at_s) - at_m).T) <= reach_m for at_s in all_s]
+    in_reach = np.array(away).reshape(bins.total, 21, -1).all(axis=1)
+    assert np.array_equal(here & ~in_reach, np.zeros_like(here))
+    assert np.count_nonzero(here != in_reach) <= 0.1 * np.count_nonzero(in_reach) + 5
 
 
 def test_hops_of_the_grid() -> None:
@@ -121,7 +172,14 @@ def test_bins_must_fit() -> None:
     with pytest.raises(NotApplicableError, match="shortest flight"):
         table_of(Movements(problem), 200.0)
     with pytest.raises(NotApplicableError, match="smaller net"):
-        table_of(Movements(problem), 0.5)
+        table_of(Movements(problem), 0.1)
+
+
+def test_a_table_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planner.bounds.sighting_table.MOST_SIGHTINGS", 100)
+    problem = grid_problem(grid_futures(3, np.random.default_rng(1)))
+    with pytest.raises(NotApplicableError, match="more than 100 sightings"):
+        table_of(Movements(problem), 5.0)
 
 
 def test_two_nodes_at_one_place_have_no_bound() -> None:

@@ -203,7 +203,7 @@ def test_a_call_is_planned_and_its_files_are_taken(client: Client, tmp_path: Pat
     assert [client.status(f"/{name}") for name in FILES] == [404] * 5
     assert client.status("/call", {**WORDS, "at": "plan"}) == 202
     kinds = [event["event"] for event in client.told("ended")]
-    assert kinds == ["call", "progress", "plan", "done", "ended"]
+    assert kinds == ["call", "cloud", "progress", "plan", "done", "ended"]
     argv = json.loads(client.ask("/plan.json")[1])
     (folder,) = tmp_path.glob("call-*")
     assert argv[1:3] == ["now", TOWN]
@@ -218,7 +218,20 @@ def test_a_call_is_planned_and_its_files_are_taken(client: Client, tmp_path: Pat
     assert json.loads(_block(page, "asked")) == {
         "said": {**{k: v for k, v in WORDS.items() if v}, "at": "plan"},
         "plans": 1,
+        "pages": 2,
     }
+
+
+def test_where_it_may_be_is_shown_before_there_is_a_plan(client: Client) -> None:
+    assert client.status("/call", {**WORDS, "at": "guesses"}) == 202
+    assert client.told("cloud")[-1]["pages"] == 1
+    page = client.ask("/")[1]
+    assert ", a guess</h1>" in page
+    assert json.loads(_block(page, "asked"))["plans"] == 0
+    assert client.status("/page.html") == client.status("/plan.json") == 404
+    assert client.status("/stop", {}) == 202
+    assert client.told("ended")[-1]["text"] == "stopped"
+    assert ", a guess</h1>" not in client.ask("/")[1]
 
 
 def test_two_tabs_hear_the_same_and_one_call_is_planned(client: Client) -> None:

@@ -71,7 +71,7 @@ def test_events_come_in_their_order(little: None, call: Call, tmp_path: Path) ->
     assert first.take_off_s % now.EVERY_S == 0.0
     assert first.trial.plan.take_off_s == first.take_off_s + 60.0
     assert [one.name for one in outlook.conditions] == ["it drives", "it parked"]
-    assert sum(one.share or 0.0 for one in outlook.headings) <= 1.0
+    assert outlook.unknowns == ()  # so few targets tell nothing beyond chance
     lines = [*call_screen.screen(outlook.plan, outlook)]
     assert max(map(len, lines)) <= call_screen.WIDTH
     assert lines[0].startswith("found by 14:1")
@@ -122,7 +122,6 @@ def test_a_drone_that_is_ready_later_waits_and_a_heading_may_be_wrong(
     assert isinstance(outlook, Outlook)
     names = [one.name for one in outlook.conditions]
     assert names == ["it drives", "it parked", "the heading is wrong"]
-    assert outlook.headings == ()
 
 
 def test_who_asks_gets_the_best_so_far(little: None, call: Call, tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_uavs_without_a_height_get_one_each(folder: Path) -> None:
 
 
 def test_a_fleet_written_out_is_the_same_fleet(folder: Path) -> None:
-    scenario = read_scenario(folder, overrides=["uav.0.sensor_radius_m=200"])
+    scenario = read_scenario(folder, overrides=["uav.0.link_m=200"])
     text = scenario_text(scenario)
     assert text.count("[[uav]]") == 2
     assert tomllib.loads(text)["uav"] == scenario.as_dict()["uav"]

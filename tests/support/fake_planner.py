@@ -27,7 +27,14 @@ def now() -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     if does == "faults":
         sys.exit("planner: a.net.xml: --last-seen: there is no street\x1b[2J of that name")
+    folder.mkdir(parents=True, exist_ok=True)
+    page = (folder.parent / "page").read_text()
+    (folder / "page.html").write_text(page.replace("</h1>", ", a guess</h1>"))
+    tell(event="cloud", elapsed_s=0.5, text="where it may be", screen=[])
     tell(event="progress", title="particles", done=1, total=2)
+    if does == "guesses":
+        signal.sigwait({signal.SIGINT})
+        sys.exit("planner: stopped")
     plan(folder)
     if does == "tidies":  # when it is asked to end, it takes a while for what is half-done
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})

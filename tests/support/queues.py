@@ -102,3 +102,53 @@ def grid_particles(count: int, *, edge: str = "B2C2", turns: int = 8) -> Particl
         gone=np.zeros(count, dtype=bool),
         driving="traffic",
     )
+
+
+GRID_TOML = """
+[network]
+net = "grid.net.xml"
+[traffic]
+sumocfg = "run.sumocfg"
+at = 60
+realisations = 2
+[target]
+start = { B2C2 = 1 }
+distance_m = "anywhere"
+speed_mps = { uniform = [11, 15] }
+driving = "traffic"
+[uav]
+start = { x_m = 0, y_m = 0 }
+speed_mps = 20
+[sensor]
+radius_m = 60
+[search]
+horizon_s = 90
+particles = 24
+"""
+GRID_CONFIG = """
+<configuration>
+    <input>
+        <net-file value="grid.net.xml"/>
+        <route-files value="grid.rou.xml"/>
+        <additional-files value="loops.add.xml"/>
+    </input>
+    <output><tripinfo-output value="trips.xml"/></output>
+    <report><log value="log.txt"/></report>
+</configuration>
+"""
+LOOPS = """
+<additional>
+    <e1Detector id="e1" lane="B2C2_0" pos="50" period="60" file="e1.xml"/>
+</additional>
+"""
+
+
+def grid_scenario(folder: Path) -> Path:
+    """A user's scenario on the grid, in a folder of its own, which would write into it."""
+    busy_grid(folder)
+    (folder / "grid.net.xml").write_bytes(signal_grid().path.read_bytes())
+    (folder / "run.sumocfg").write_text(GRID_CONFIG)
+    (folder / "loops.add.xml").write_text(LOOPS)
+    scenario = folder / "scenario.toml"
+    scenario.write_text(GRID_TOML)
+    return scenario

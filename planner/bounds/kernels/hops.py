@@ -1,18 +1,31 @@
 """What hops may see and surely see from each of many start times on, compiled."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import first_within
+from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.bounds.kernels.meetings import (
+    Motion,
+    Pieces,
+    Span,
+    Straight,
+    abreast,
+    first_abreast,
+    first_common,
+    meeting,
+    starts_to_meet,
+    stay_in_reach,
+    straight_of,
+)
 from planner.jit import compiled
 
+Way: TypeAlias = tuple[float, float, float, float]  # from x, y to x, y, metres
 ROUNDING = 1e-9  # of a bin, by which a hop may seem to end in the next one
 
 
 class Lasting(NamedTuple):
-    """How many bins after their start flights may end."""
+    """How many bins after their start flights may end; ``most`` is ``least`` or one more."""
 
     least: Ints  # (...)
     most: Ints  # (...)
@@ -36,33 +49,6 @@ class Bins(NamedTuple):
         return Lasting(least.astype(np.int64), most.astype(np.int64))
 
 
-class Motion(NamedTuple):
-    """Straight motions at constant velocity; one column each, (M,)."""
-
-    from_s: Floats
-    to_s: Floats  # infinity: without end
-    x_m: Floats  # place at ``from_s``
-    y_m: Floats
-    vx_mps: Floats
-    vy_mps: Floats
-
-
-class Pieces(NamedTuple):
-    """The straight motions of all particles."""
-
-    motion: Motion  # (P,)
-    particle: Ints  # (P,) which one moves
-
-
-class Segment(NamedTuple):
-    """A straight line from one point to another, metres."""
-
-    x_m: float
-    y_m: float
-    to_x_m: float
-    to_y_m: float
-
-
 class Seen(NamedTuple):
     """Sightings, sorted by start and particle."""
 
@@ -71,145 +57,212 @@ class Seen(NamedTuple):
     at_s: Floats  # (M,) seconds
 
 
-class LegsBefore(NamedTuple):
-    """The legs that may be flown just before a hop, (b,) each."""
+class Sightings(NamedTuple):
+    """Sightings of legs, sorted by leg, bin and particle."""
 
-    leg: Ints
-    ago: Lasting  # how many bins before the hop they begin
+    first: Offsets  # (legs * bins + 1,) where the sightings of a leg from a bin start
+    particle: Ints  # (M,)
+    reward: Floats  # (M,) times the particle's weight
+
+
+class LegBefore(NamedTuple):
+    """A leg that may be flown just before a hop."""
+
+    leg: int
+    least: int  # how many bins before the hop it begins,
+    most: int  # or one more
+    seen_before: Flags  # (bins, N) whom it leaves out, by the bin in which it begins
 
 
 @compiled
-def segment_of(motion: Motion, i: int, until_s: float) -> Segment:
-    """Return what one of some motions covers until a time."""
-    lasts_s = until_s - motion.from_s[i]
-    x_m, y_m = motion.x_m[i], motion.y_m[i]
-    return Segment(x_m, y_m, x_m + motion.vx_mps[i] * lasts_s, y_m + motion.vy_mps[i] * lasts_s)
+def apart(part: Straight, target: Straight, until_s: float, reach_m: float) -> bool:
+    """Return True only if a part of a flight is nowhere within reach of a target's way.
 
-
-@compiled
-def apart(one: Segment, other: Segment, reach_m: float) -> bool:
-    """Return True only if two segments are nowhere within reach of each other."""
+    The target's way ends at ``until_s``.
+    """
+    one, other = _way(part, part.to_s), _way(target, min(target.to_s, until_s))
     return bool(
-        spans_apart((one.x_m, one.to_x_m), (other.x_m, other.to_x_m), reach_m)
-        or spans_apart((one.y_m, one.to_y_m), (other.y_m, other.to_y_m), reach_m)
-        or on_one_side(one, other, reach_m)
-        or on_one_side(other, one, reach_m)
+        _spans_apart((one[0], one[2]), (other[0], other[2]), reach_m)
+        or _spans_apart((one[1], one[3]), (other[1], other[3]), reach_m)
+        or _on_one_side(one, other, reach_m)
+        or _on_one_side(other, one, reach_m)
     )
 
 
 @compiled
-def spans_apart(one: tuple[float, float], other: tuple[float, float], reach_m: float) -> bool:
+def _way(straight: Straight, until_s: float) -> Way:
+    lasts_s = until_s - straight.from_s
+    to_x_m = straight.x_m + straight.vx_mps * lasts_s
+    return (straight.x_m, straight.y_m, to_x_m, straight.y_m + straight.vy_mps * lasts_s)
+
+
+@compiled
+def _spans_apart(one: tuple[float, float], other: tuple[float, float], reach_m: float) -> bool:
     """Return whether two spans, given by their ends in any order, are farther apart than reach."""
     (a, b), (c, d) = one, other
     return bool(max(a, b) + reach_m < min(c, d) or max(c, d) + reach_m < min(a, b))
 
 
 @compiled
-def on_one_side(line: Segment, other: Segment, reach_m: float) -> bool:
-    """Return whether a segment lies on one side of another one's line, farther off than reach."""
-    ux, uy = line.to_x_m - line.x_m, line.to_y_m - line.y_m
+def _on_one_side(line: Way, other: Way, reach_m: float) -> bool:
+    """Return whether a way lies on one side of another one's line, farther off than reach."""
+    ux, uy = line[2] - line[0], line[3] - line[1]
     length_m = np.sqrt(ux * ux + uy * uy)
     if length_m == 0.0:
         return False
-    begin_m = ((other.y_m - line.y_m) * ux - (other.x_m - line.x_m) * uy) / length_m
-    end_m = ((other.to_y_m - line.y_m) * ux - (other.to_x_m - line.x_m) * uy) / length_m
+    begin_m = ((other[1] - line[1]) * ux - (other[0] - line[0]) * uy) / length_m
+    end_m = ((other[3] - line[1]) * ux - (other[2] - line[0]) * uy) / length_m
     return bool(min(begin_m, end_m) > reach_m or max(begin_m, end_m) < -reach_m)
 
 
 @compiled
-def sweep(hop: Motion, pieces: Pieces, starts: Bins, reach_m: float, out: Floats) -> None:
-    """Lower ``out`` (starts, N) to the first second at which a hop has each particle within reach.
+def sweep(hop: Motion, pieces: Pieces, bins: Bins, reach_m: float, out: Floats) -> None:
+    """Lower ``out`` (bins, N) to the first second at which a hop may see each particle.
+
+    That is the earliest from any start in a bin.
 
     Parameters
     ----------
     hop
         By seconds after its start.
-    starts
-        When the hop begins: at the middle of each bin.
     """
-    motion, last_start_s = pieces.motion, starts.first_s + (starts.total - 1) * starts.step_s
+    ends_s = bins.first_s + (bins.total - 0.5) * bins.step_s
     for s in range(len(hop.from_s)):
-        begin_s, end_s = hop.from_s[s], hop.to_s[s]
-        x, y, ux, uy = hop.x_m[s], hop.y_m[s], hop.vx_mps[s], hop.vy_mps[s]
-        way, latest_s = segment_of(hop, s, end_s), last_start_s + end_s
+        part = straight_of(hop, s)
         for p in range(len(pieces.particle)):
-            from_s, to_s = motion.from_s[p], motion.to_s[p]
-            if from_s > latest_s or to_s < starts.first_s + begin_s:
+            target = straight_of(pieces.motion, p)
+            starts = starts_to_meet(part, target, reach_m)
+            low, high = bins_with(bins, starts)
+            if low > high or apart(part, target, ends_s + part.to_s, reach_m):
                 continue
-            low, high = starts_to_meet(starts, (begin_s, end_s), (from_s, min(to_s, latest_s)))
-            if low > high or apart(way, segment_of(motion, p, min(to_s, latest_s)), reach_m):
-                continue
-            k, vx, vy = pieces.particle[p], motion.vx_mps[p], motion.vy_mps[p]
-            for i in range(low, high + 1):
-                start_s = starts.first_s + i * starts.step_s
-                on_s, off_s = max(start_s + begin_s, from_s), min(start_s + end_s, to_s)
-                if on_s > off_s or out[i, k] <= on_s:
-                    continue
-                flown_s, moved_s = on_s - start_s - begin_s, on_s - from_s
-                offset = (
-                    motion.x_m[p] + vx * moved_s - x - ux * flown_s,
-                    motion.y_m[p] + vy * moved_s - y - uy * flown_s,
-                )
-                after_s = first_within(offset, (vx - ux, vy - uy), off_s - on_s, reach_m)
-                out[i, k] = min(out[i, k], on_s + after_s)
+            pass_by(part, target, bins, (low, high, pieces.particle[p]), reach_m, out)
 
 
 @compiled
-def starts_to_meet(
-    starts: Bins, flown: tuple[float, float], moved: tuple[float, float]
-) -> tuple[int, int]:
-    """Return the first and the last start from which a flight and a motion overlap in time.
+def pass_by(
+    part: Straight,
+    target: Straight,
+    bins: Bins,
+    which: tuple[int, int, int],
+    reach_m: float,
+    out: Floats,
+) -> None:
+    """Do what ``sweep`` does for one part of a hop and one motion of a particle.
 
     Parameters
     ----------
-    flown
-        From and to, seconds after the start.
-    moved
-        From and to, seconds.
+    which
+        The first and the last bin to look at, and the particle.
     """
-    (begin_s, end_s), (from_s, until_s) = flown, moved
-    low = np.ceil((from_s - end_s - starts.first_s) / starts.step_s - ROUNDING)
-    high = np.floor((until_s - begin_s - starts.first_s) / starts.step_s + ROUNDING)
-    return max(0, int(low)), min(starts.total - 1, int(high))
+    low, high, k = which
+    x_m, y_m, end_x_m, end_y_m = _way(part, part.to_s)
+    at_begin = stay_in_reach((x_m, y_m), target, reach_m)
+    at_end = stay_in_reach((end_x_m, end_y_m), target, reach_m)
+    beside = abreast(part, target, reach_m)
+    from_s = bins.first_s + (low - 0.5) * bins.step_s
+    before_s = meeting(part, target, from_s, reach_m)
+    for i in range(low, high + 1):
+        to_s = bins.first_s + (i + 0.5) * bins.step_s
+        after_s = meeting(part, target, to_s, reach_m)
+        first_s = min(before_s, after_s, first_abreast(beside, Span(from_s, to_s)))
+        first_s = min(
+            first_s,
+            first_common(at_begin, from_s + part.from_s, to_s + part.from_s),
+            first_common(at_end, from_s + part.to_s, to_s + part.to_s),
+        )
+        out[i, k] = min(out[i, k], first_s)
+        from_s, before_s = to_s, after_s
 
 
 @compiled
-def listed(seen_at: Floats, until_s: float) -> Seen:
-    """Return the sightings up to a time out of when each start sees each particle, (starts, N)."""
+def bins_with(bins: Bins, starts: Span) -> tuple[int, int]:
+    """Return the first and the last bin that hold starts within a span."""
+    low = np.ceil((starts.from_s - bins.first_s) / bins.step_s - 0.5 - ROUNDING)
+    high = np.floor((starts.to_s - bins.first_s) / bins.step_s + 0.5 + ROUNDING)
+    return max(0, int(max(low, -1.0))), min(bins.total - 1, int(min(high, float(bins.total))))
+
+
+@compiled
+def fly(
+    hops: Motion, hop: Ints, start_s: float, pieces: Pieces, reach_m: float, out: Floats
+) -> None:
+    """Lower ``out`` (hops, N) to when each of some hops, begun at once, first sees each particle.
+
+    Parameters
+    ----------
+    hops
+        The motions of all of them, by seconds after their start.
+    hop
+        Whose each motion is.
+    """
+    for p in range(len(pieces.particle)):
+        target, k = straight_of(pieces.motion, p), pieces.particle[p]
+        if target.to_s >= start_s:
+            for s in range(len(hop)):
+                seen_s = meeting(straight_of(hops, s), target, start_s, reach_m)
+                out[hop[s], k] = min(out[hop[s], k], seen_s)
+
+
+@compiled
+def stay_through(
+    place_m: tuple[float, float], pieces: Pieces, bins: Bins, reach_m: float, out: Flags
+) -> None:
+    """Set ``out`` (bins, N) where a particle is within reach of a place throughout a bin."""
+    since_s = np.full(out.shape[1], np.inf)  # in reach without a break
+    until_s = np.full(out.shape[1], -np.inf)
+    for p in range(len(pieces.particle)):
+        stay = stay_in_reach(place_m, straight_of(pieces.motion, p), reach_m)
+        if stay.from_s > stay.to_s:
+            continue
+        k = pieces.particle[p]
+        since_s[k] = since_s[k] if stay.from_s <= until_s[k] else stay.from_s
+        until_s[k] = stay.to_s
+        low = np.ceil((since_s[k] - bins.first_s) / bins.step_s + 0.5)
+        high = np.floor((until_s[k] - bins.first_s) / bins.step_s - 0.5)
+        for i in range(int(max(low, 0.0)), int(min(high, bins.total - 1.0)) + 1):
+            out[i, k] = True
+
+
+@compiled
+def listed(seen_at: Floats, until_s: float, seen_before: Flags) -> Seen:
+    """Return the sightings up to a time out of when each start sees each particle, (starts, N).
+
+    Those ``seen_before`` (starts, N) are left out.
+    """
     counts = np.zeros(len(seen_at), dtype=np.int64)
     for i in range(len(seen_at)):
         for k in range(seen_at.shape[1]):
-            counts[i] += seen_at[i, k] <= until_s
+            counts[i] += seen_at[i, k] <= until_s and not seen_before[i, k]
     particle, at_s, n = np.empty(counts.sum(), np.int32), np.empty(counts.sum()), 0
     for i in range(len(seen_at)):
         for k in range(seen_at.shape[1]):
-            if seen_at[i, k] <= until_s:
+            if seen_at[i, k] <= until_s and not seen_before[i, k]:
                 particle[n], at_s[n] = k, seen_at[i, k]
                 n += 1
     return Seen(counts, particle, at_s)
 
 
 @compiled
-def known_after(first: Offsets, particle: Ints, sure: Ints, before: LegsBefore) -> Ints:
-    """Return, for each sighting of a leg, after which legs its particle is surely seen, (M,).
+def known_after(sightings: Sightings, leg: int, before: LegBefore, bit: int, known: Ints) -> None:
+    """Set a bit in ``known`` (M,) for each sighting of a leg that is worth nothing after another.
 
-    Bit ``b`` stands for the b-th of the legs before.
-
-    Parameters
-    ----------
-    first
-        Where the leg's sightings from each bin start, (bins + 1,).
-    sure
-        Bit ``k`` (highest first) is set where a leg begun in a bin surely sees particle ``k``,
-        (legs, bins, N / 8).
+    The leg before, in whichever bin it begins, leaves the particle out as seen before, or may see
+    it with as great a reward.
     """
-    known = np.zeros(len(particle), dtype=np.uint8)
-    for i in range(len(first) - 1):
-        for b in range(len(before.leg)):
-            late, early = i - before.ago.least[b], i - before.ago.most[b]
-            if early >= 0:
-                for e in range(first[i], first[i + 1]):
-                    byte, bit = particle[e] >> 3, 7 - (particle[e] & 7)
-                    both = sure[before.leg[b], early, byte] & sure[before.leg[b], late, byte]
-                    known[e] |= ((both >> bit) & 1) << b
-    return known
+    first, particle, reward = sightings
+    bins, particles = before.seen_before.shape
+    least, most = before.least, before.most
+    earned = np.zeros(particles)
+    for i in range(most, bins):
+        rows = slice(first[leg * bins + i], first[leg * bins + i + 1])
+        known[rows] |= np.uint8(1 << bit)
+        for j in range(i - most, i - least + 1):
+            begin, end = first[before.leg * bins + j], first[before.leg * bins + j + 1]
+            for e in range(begin, end):
+                earned[particle[e]] = reward[e]
+            for e in range(rows.start, rows.stop):
+                k = particle[e]
+                if not (before.seen_before[j, k] or earned[k] >= reward[e]):
+                    known[e] &= ~np.uint8(1 << bit)
+            for e in range(begin, end):
+                earned[particle[e]] = 0.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, Offsets
+from planner.arrays import Flags, Floats, Ints, Offsets
 from planner.bounds.kernels.hops import Lasting
 from planner.jit import compiled
 
@@ -22,8 +22,8 @@ class SightingColumns(NamedTuple):
     first: Offsets  # (cells + 1,) where a cell's sightings start
     particle: Ints  # (M,)
     reward: Floats  # (M,) times the particle's weight
-    # (M,) bit b is set where the b-th leg into the hop's first node, flown just before, surely saw
-    # the particle
+    # (M,) bit b is set where the sighting is worth nothing after the b-th leg into the hop's first
+    # node, flown just before
     known: Ints
 
 
@@ -198,13 +198,40 @@ def best_hop(
 
 
 @compiled
+def most_onward(
+    prices: Floats,
+    table: PriceTable,
+    value_to_go: Floats,
+    at: tuple[int, int],
+    unseen: Flags,
+) -> float:
+    """Return the most that flights on from a node and bin earn above prices, some being seen."""
+    (node, i), hops, sightings = at, table.hops, table.sightings
+    nodes, hop_count = len(table.arrivals.first) - 1, len(hops.from_node)
+    most = 0.0
+    for hop in range(hop_count):
+        if hops.from_node[hop] == node:
+            state = nodes + hop if hop < hops.legs else hops.to_node[hop]
+            soon, late = i + hops.lasts.least[hop], i + hops.lasts.most[hop]
+            value = max(value_to_go[soon, state], value_to_go[late, state])
+            cell = i * hop_count + hop
+            for e in range(sightings.first[cell], sightings.first[cell + 1]):
+                particle = sightings.particle[e]
+                if unseen[particle]:
+                    value += max(0.0, sightings.reward[e] - prices[particle])
+            most = max(most, value)
+    return most
+
+
+@compiled
 def narrowed(sightings: SightingColumns, least: Floats, since: int) -> SightingColumns:
     """Return the sightings from a cell on that earn more than the ``least`` of their particle."""
     first = np.zeros(len(sightings.first), dtype=np.int64)
     # One more than can be left: each is written, and then kept or overwritten.
     most = sightings.first[-1] - sightings.first[since] + 1
     particle = np.empty(most, sightings.particle.dtype)
-    reward, known = np.empty(most), np.empty(most, sightings.known.dtype)
+    reward = np.empty(most, sightings.reward.dtype)
+    known = np.empty(most, sightings.known.dtype)
     n = 0
     for cell in range(since, len(first) - 1):
         for e in range(sightings.first[cell], sightings.first[cell + 1]):

@@ -1,0 +1,148 @@
+"""`planner validate`: whether the belief covers true vehicles as often as it says."""
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from planner.cli.arguments import add_backend, add_scenario, count, moment, path
+from planner.cli.printing import print_result
+
+if TYPE_CHECKING:
+    from planner.arrays import Ints
+    from planner.futures.futures import Futures
+    from planner.mission.opening import OpenScenario
+    from planner.mission.validate import Validation
+
+SUMMARY = "check the belief against true vehicles of runs that no particle has seen"
+DETAILS = """\
+The true vehicles are targets that ride in realisations of the scenario's traffic
+in which no particle rides, or those of files of yours, a file for each day: SUMO's
+FCD, or a futures.parquet. They must set out as the scenario says of the target.
+Intervals are over realisations, or days: cars of one queue behind each other.
+"""
+EXAMPLES = (
+    ("validate traffic.toml", "against 20 unseen realisations of its traffic"),
+    ("validate traffic.toml --set target.driving=free", "would free driving have done?"),
+    ("validate berlin --truths mon.xml tue.xml --begin 8:00:00", "against two recorded days"),
+)
+REALISATIONS, EACH = 20, 10
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner validate`."""
+    add_scenario(parser)
+    add_backend(parser, what="drive targets", needs="the net at the same place")
+    parser.add_argument(
+        "--realisations",
+        type=count,
+        default=REALISATIONS,
+        metavar="N",
+        help="of the traffic, in which truths ride (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--each",
+        type=count,
+        default=EACH,
+        metavar="N",
+        help="truths in each realisation (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--truths",
+        type=path,
+        nargs="+",
+        metavar="FILE",
+        help="true vehicles in files, one for each day, in place of the scenario's traffic",
+    )
+    parser.add_argument(
+        "--begin",
+        type=moment,
+        metavar="TIME",
+        help="the time in --truths that is time 0 of the search, in seconds or H:M:S",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print how the belief covers truths, time by time."""
+    from planner.cli.session import opened_scenario, planning_recorded, tell_belief
+    from planner.mission.validate import validated
+
+    opened = opened_scenario(arguments)
+    tell_belief(arguments)
+    truths, run = _truths(arguments, opened)
+    cloud = planning_recorded(arguments, opened).futures
+    search = opened.scenario.search
+    found = validated(cloud, truths, run, search.horizon_s, seed=search.seed)
+    print_result(arguments, _content(found), [_table(found), *_verdict(found)])
+    return 0
+
+
+def _truths(arguments: argparse.Namespace, opened: "OpenScenario") -> "tuple[Futures, Ints]":
+    """Return true vehicles, and the run of each."""
+    from planner.cli.session import Drive, recorded
+    from planner.futures.store import Recording, read_recording
+    from planner.mission.recorder import Recorder
+    from planner.mission.validate import together_by_day
+
+    if arguments.truths is not None:
+        given = {"begin_s": arguments.begin, "horizon_s": opened.scenario.search.horizon_s}
+        days = [read_recording(day, opened.network, **given) for day in arguments.truths]
+        return together_by_day([day.futures for day in days])
+
+    def record(recorder: Recorder) -> Recording:
+        return recorder.validation(arguments.realisations, arguments.each)
+
+    drive = Drive("recording truths", "traffic", "fewer (--each 5) take less")
+    futures = recorded(arguments, opened, drive, record).futures
+    assert futures.fates is not None
+    return futures, futures.fates.realisation
+
+
+def _table(found: "Validation") -> Any:
+    from planner.report.formats import titled_table
+
+    table = titled_table("")
+    table.add_column("measure")
+    for name in ("at", "in the cloud's\nmiddle 90%", "off 90%,\n+- unseen", "way to cloud's"):
+        table.add_column(name, justify="right")
+    for check in found.checks:
+        flagged = " !" if check.is_off else ""
+        ratio = check.ratio
+        table.add_row(
+            check.measure,
+            f"{check.time_s:g} s",
+            f"{check.covered:.1%}",
+            f"{check.coverage.off:+.1%} +- {check.coverage.half:.1%}{flagged}",
+            "" if ratio is None else f"{ratio.off:+.1%} +- {ratio.half:.1%}",
+        )
+    return table
+
+
+def _verdict(found: "Validation") -> list[str]:
+    there = f" of {found.particle_runs} runs" if found.particle_runs else ""
+    said = "the belief is wrong (!)" if found.is_off else "nothing is seen against the belief"
+    return [
+        f"{said}: {found.particles} particles{there}",
+        f"against {found.truths} truths of {found.truth_runs} runs; +- is the least that these see",
+    ]
+
+
+def _content(found: "Validation") -> dict[str, Any]:
+    return {
+        "is_off": found.is_off,
+        "particles": found.particles,
+        "particle_runs": found.particle_runs,
+        "truths": found.truths,
+        "truth_runs": found.truth_runs,
+        "checks": [
+            {
+                "measure": check.measure,
+                "time_s": check.time_s,
+                "covered": check.covered,
+                "off": check.coverage.off,
+                "smallest_seen": check.coverage.half,
+                "is_off": check.is_off,
+                "way_off": None if check.ratio is None else check.ratio.off,
+                "way_smallest_seen": None if check.ratio is None else check.ratio.half,
+            }
+            for check in found.checks
+        ],
+    }

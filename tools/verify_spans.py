@@ -1,0 +1,131 @@
+"""What a flight sees that may begin at any time within a span, for verify.py.
+
+At any moment all flights along a straight line that begin within the span are on one segment of it.
+This comes in reach of a target first with one of its ends, which is a flight from an end of the
+span, or one at an end of the line; or right abreast of the target.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from verify_files import Array
+from verify_sight import Motion, Route, Segment, first_in_reach, near_pairs, segments
+
+JOINED_S = 1e-6  # pieces of motion this near in time belong together
+
+
+class Interval(NamedTuple):
+    """Spans of time; empty, or not a number, where nothing is within them."""
+
+    from_s: Array
+    to_s: Array
+
+    def common(self, from_s: Array, to_s: Array) -> "Interval":
+        """Return what they have in common with others."""
+        return Interval(np.maximum(self.from_s, from_s), np.minimum(self.to_s, to_s))
+
+    @property
+    def first_s(self) -> Array:
+        """The first second; infinity if there is none."""
+        return np.where(self.from_s <= self.to_s, self.from_s, np.inf)
+
+
+def seen_within(
+    route: Route, motion: Motion, particles: int, edges_s: Array, radius_m: float
+) -> Array:
+    """Return when a flight that begins between an edge and the next sees whom, at the earliest.
+
+    Infinity if from none of these starts; (spans, N).
+    """
+    seen_at = np.full((len(edges_s) - 1, particles), np.inf)
+    late_s = edges_s[1] - edges_s[0]
+    for segment in segments(route, (0.0, route.time_s[-1])):
+        for pieces, span in near_pairs(segment, motion, edges_s[:-1], radius_m, late_s):
+            at = Motion(*(column[pieces] for column in motion))
+            starts_s = edges_s[span], edges_s[span + 1]
+            found = [_met_s(segment, at, start_s, radius_m) for start_s in starts_s]
+            found += _between(segment, at, starts_s, radius_m)
+            np.minimum.at(seen_at, (span, at.particle), np.min(found, axis=0))
+    return seen_at
+
+
+def _met_s(segment: Segment, at: Motion, start_s: Array, radius_m: float) -> Array:
+    """Return when flights begun at some times meet some pieces of motion."""
+    on_s = np.maximum(start_s + segment.begin_s, at.from_s)
+    off_s = np.minimum(start_s + segment.end_s, at.to_s)
+    flown = segment.place + segment.velocity * (on_s - start_s - segment.begin_s)
+    offset = at.place + at.velocity * (on_s - at.from_s) - flown
+    after_s = first_in_reach(offset, at.velocity - segment.velocity, radius_m, 0.0)
+    return np.where((after_s >= 0.0) & (after_s <= off_s - on_s), on_s + after_s, np.inf)
+
+
+def _between(
+    segment: Segment, at: Motion, starts_s: tuple[Array, Array], radius_m: float
+) -> list[Array]:
+    """Return when pieces are met at either end of the line, and when right abreast of it."""
+    first, last = starts_s
+    lasts_s, speed_mps = segment.end_s - segment.begin_s, abs(segment.velocity)
+    ends = (
+        (segment.begin_s, segment.place),
+        (
+            segment.end_s,
+            segment.place + segment.velocity * lasts_s,
+        ),
+    )
+    found = [
+        stays(at, place, radius_m).common(first + after_s, last + after_s).first_s
+        for after_s, place in ends
+    ]
+    turned = np.conj(segment.velocity) / speed_mps  # so that the line is the real axis
+    offset, drift = (at.place - segment.place) * turned, at.velocity * turned
+    flown_s, pace = offset.real / speed_mps, drift.real / speed_mps
+    beside = _while(at, offset.imag, drift.imag, (-radius_m, radius_m))
+    beside = beside.common(*_while(at, flown_s, pace, (0.0, lasts_s)))
+    start_s = at.from_s - segment.begin_s - flown_s  # of the flight abreast of it at from
+    beside = beside.common(*_while(at, start_s, 1.0 - pace, starts_s))
+    return [*found, beside.first_s]
+
+
+def _while(at: Motion, value: Array, slope: Array, limits: tuple[Array, Array]) -> Interval:
+    """Return while value + slope (s - from) is within limits, no longer than pieces last."""
+    low, high = ((limit - value) / slope for limit in limits)
+    level = slope == 0.0
+    inside = level & (value >= limits[0]) & (value <= limits[1])
+    from_s = np.where(level, np.where(inside, -np.inf, np.inf), np.minimum(low, high))
+    to_s = np.where(level, -from_s, np.maximum(low, high))
+    return Interval(at.from_s, at.to_s).common(at.from_s + from_s, at.from_s + to_s)
+
+
+def stays(at: Motion, place: complex, radius_m: float) -> Interval:
+    """Return when pieces are within the radius of a place."""
+    offset, squared = at.place - place, abs(at.velocity) ** 2
+    nearest_s = -(offset * np.conj(at.velocity)).real / squared
+    across = (np.conj(at.velocity) * offset).imag
+    half_s = np.sqrt(squared * radius_m**2 - across**2) / squared  # not a number: never
+    rests = squared == 0.0
+    half_s = np.where(rests, np.where(abs(offset) <= radius_m, np.inf, np.nan), half_s)
+    nearest_s = np.where(rests, 0.0, nearest_s)
+    middle_s = at.from_s + nearest_s
+    return Interval(at.from_s, at.to_s).common(middle_s - half_s, middle_s + half_s)
+
+
+def stays_through(
+    motion: Motion, particles: int, edges_s: Array, place: complex, radius_m: float
+) -> Array:
+    """Return whether particles are within the radius of a place throughout spans, (spans, N)."""
+    stay = stays(motion, place, radius_m)
+    some = np.flatnonzero(stay.from_s <= stay.to_s)
+    if len(some) == 0:
+        return np.zeros((len(edges_s) - 1, particles), dtype=bool)
+    some = some[np.lexsort((stay.from_s[some], motion.particle[some]))]
+    whose, from_s, to_s = motion.particle[some], stay.from_s[some], stay.to_s[some]
+    breaks = (np.diff(whose) != 0) | (from_s[1:] - to_s[:-1] > JOINED_S)
+    begins = np.flatnonzero(np.append(True, breaks))
+    ends = np.append(begins[1:], len(some)) - 1
+    low = np.searchsorted(edges_s, from_s[begins] - JOINED_S)
+    high = np.searchsorted(edges_s, to_s[ends] + JOINED_S, side="right") - 1
+    counts = np.zeros((len(edges_s) + 1, particles), dtype=np.int64)
+    lasts = low < high
+    np.add.at(counts, (low[lasts], whose[begins][lasts]), 1)
+    np.add.at(counts, (high[lasts], whose[begins][lasts]), -1)
+    return np.cumsum(counts, axis=0)[: len(edges_s) - 1] > 0
