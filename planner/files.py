@@ -260,6 +260,13 @@ def shipped_names() -> tuple[str, ...]:
     return tuple(sorted(_shipped()))
 
 
+def kit(name: str) -> Path:
+    """Return a file, or a folder, that goes into an export of the instances as it is."""
+    package = Path(__file__).resolve().parent
+    places = [package / "kit", *(package.parent / part for part in ("tools", "docs", "instances"))]
+    return next(place / name for place in places if (place / name).exists())
+
+
 def _shipped() -> dict[str, Path]:
     # Inside the package when installed, beside it in a checkout.
     package = Path(__file__).resolve().parent

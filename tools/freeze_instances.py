@@ -11,29 +11,34 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from planner import Recorder, make_plan, method_named
+import numpy as np
+
+from planner import Plan, Recorder, RoadNetwork, make_plan, method_named
 from planner.experiments.instances import (
     FILE,
     Instance,
+    best_known,
     bound_on,
     flown_again,
     instances_path,
     read_instances,
 )
 from planner.files import written_whole
-from planner.flight.legs import leg_names, legs_named
+from planner.flight.legs import leg_names
 from planner.mission.recorder import budget_of, problem_of
+from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.toml_text import toml_text
-from planner.search.beam import holdout_value
-from planner.search.plan import plan_of_legs
+from planner.search.sightings import holdout_value
 
 HEADER = """\
 # Search problems to compare methods on: `planner compare --instances` plans for each of them with
 # every method. `plan` is the best plan of roads known, ! before a road flown against its
-# direction; its value is E[min(tau, horizon)] in seconds on the 4,000 fresh targets of the seed,
-# which no planner sees, with its 95 % interval. `bound_s` is a lower bound on what plans can have
-# on the particles planned with, where the best plan known has `planned_s`: plans over roads, or,
-# where that takes too large a table, any flights. tools/freeze_instances.py wrote this file.
+# direction; `stops`, x and y in metres and seconds of hovering, stand in its place where the best
+# plan known leaves the roads. Its value is E[min(tau, horizon)] in seconds on 4,000 fresh targets
+# of the seed (or `targets`), which no planner sees, with its 95 % interval. `bound_s` is a lower
+# bound on what plans can have on the particles planned with, where the best plan known has
+# `planned_s`: plans over roads, or, where that takes too large a table or the plan leaves the
+# roads, any flights. tools/freeze_instances.py wrote this file.
 """
 METHODS = ("best", "lns", "beam")
 GRIDS = (4, 5, 6, 7, 8)
@@ -51,6 +56,13 @@ def problems() -> Iterator[Instance]:
     for scenario, x_m in TREES:
         settings = (f"uav.start.x_m={toml_text(x_m)}",)
         yield _open(f"{scenario}, {-x_m / 1000:.0f} km", scenario, settings)
+    for scenario in TOWNS:
+        yield replace(_open(scenario, scenario, IN_TOWN), targets=TOWN_TARGETS)
+
+
+TOWNS = ("berlin", "a10kw", "bs3d")  # on nets that come with SUMO
+IN_TOWN = ("search.particles=2000", 'uav.aircraft="ideal"')
+TOWN_TARGETS = 2100
 
 
 def _open(name: str, scenario: str, overrides: tuple[str, ...]) -> Instance:
@@ -71,17 +83,28 @@ def searched(instance: Instance, work: int) -> Instance:
         plan = make_plan(
             method_named(name), opened, recorder, futures, holdout=holdout, budget=budget
         ).plan
-        legs = [flown.leg for flown_by in plan.legs for flown in flown_by]
-        candidates.append((holdout_value(problem, plan), name, legs))
-    if instance.plan:
-        legs = legs_named(opened.network, instance.plan)
-        worth = holdout_value(problem, plan_of_legs(problem, instance.method, legs))
-        candidates.append((worth, instance.method, legs))
-    _, method, legs = max(candidates, key=lambda candidate: candidate[0])
-    found = replace(instance, method=method, plan=tuple(leg_names(opened.network, legs)))
-    seen = flown_again(found, opened, recorder.evaluation().futures)
+        found = _with_plan(replace(instance, method=name), opened.network, plan)
+        candidates.append((holdout_value(problem, best_known(found, problem)), found))
+    if instance.plan or instance.stops:
+        candidates.append((holdout_value(problem, best_known(instance, problem)), instance))
+    _, found = max(candidates, key=lambda candidate: candidate[0])
+    seen = flown_again(found, opened, recorder.evaluation(instance.targets).futures)
     low_s, high_s = seen.ci95_s
     return replace(found, value_s=seen.expected_detection_time_s, low_s=low_s, high_s=high_s)
+
+
+def _with_plan(instance: Instance, network: RoadNetwork, plan: Plan) -> Instance:
+    """Return an instance with another plan: of roads, or of stops where it leaves them."""
+    if plan.follows_roads:
+        legs = [flown.leg for flown_by in plan.legs for flown in flown_by]
+        return replace(instance, plan=tuple(leg_names(network, legs)), stops=())
+    (track,) = plan.tracks
+    at = np.round(np.stack([track.x_m, track.y_m], axis=1), 1)
+    stays = np.append(np.all(at[1:] == at[:-1], axis=1), False)
+    arrives = np.append(True, ~stays[:-1])  # the first point of each stay
+    waits_s = np.where(stays, np.diff(track.time_s, append=track.end_s), 0.0)
+    rows = np.column_stack([at, np.ceil(10 * waits_s) / 10])[arrives]
+    return replace(instance, plan=(), stops=tuple(map(tuple, rows.tolist())))
 
 
 def text_of(instance: Instance) -> str:
@@ -99,6 +122,8 @@ def text_of(instance: Instance) -> str:
         f"high_s = {instance.high_s:.1f}",
         f'plan = "{" ".join(instance.plan)}"',
     ]
+    lines += [f"stops = {[list(one) for one in instance.stops]}"] if instance.stops else []
+    lines += [f"targets = {instance.targets}"] if instance.targets != FRESH_TARGETS else []
     bound = instance.bound
     if bound is not None:
         lines += [
@@ -140,7 +165,7 @@ def main(argv: Sequence[str] | None = None) -> None:
             f"{bound.plan_class}",
             flush=True,
         )
-        write(wanted.output, [one for one in found.values() if one.plan])
+        write(wanted.output, [one for one in found.values() if one.plan or one.stops])
 
 
 def write(path: Path, instances: Sequence[Instance]) -> None:

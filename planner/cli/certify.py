@@ -59,6 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
+        nargs="+",
         metavar="FILE",
         help="where the file given to `plan --futures` is now (default: where it was)",
     )
@@ -112,13 +113,14 @@ def _planned_on(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recor
             "--sets: draws from the scenario's belief, but the plan was made on --futures; "
             "leave it out"
         )
-    own = planned_on or OwnFutures(arguments.futures)
+    own = planned_on or OwnFutures(arguments.futures[0])
     if arguments.futures is not None:
-        own = replace(own, path=arguments.futures)
-    if not own.path.is_file():
-        raise InputError(
-            f"{own.path}: the plan was made on this file, which is gone; --futures FILE"
-        )
+        own = replace(own, path=arguments.futures[0], others=tuple(arguments.futures[1:]))
+    for file in own.paths:
+        if not file.is_file():
+            raise InputError(
+                f"{file}: the plan was made on this file, which is gone; --futures FILE"
+            )
     return read_split(own, opened).planning
 
 

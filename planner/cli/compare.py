@@ -1,4 +1,4 @@
-"""`planner compare`: its options; `comparison` and `instances` do the work."""
+"""`planner compare`: its options; `comparison` and `on_instances` do the work."""
 
 import argparse
 
@@ -19,7 +19,7 @@ EXAMPLES = (
     ("compare grid5x5 -o methods.csv", "all methods, also as CSV"),
     ("compare grid5x5 --bound", "how far from the best plan?"),
     ("compare grid5x5 --method mine.py:mine", "a planner of your own as well"),
-    ("compare --instances -o runs/instances", "24 frozen problems"),
+    ("compare --instances -o runs/instances", "27 frozen problems"),
 )
 
 
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.instances:
         if arguments.bound:
             raise InputError("--bound: goes with one scenario, not with --instances")
-        from planner.cli.instances import compare_on_instances
+        from planner.cli.on_instances import compare_on_instances
 
         return compare_on_instances(arguments)
     if arguments.scenario is None:

@@ -137,23 +137,41 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_no_run(arguments.directory)
     output: Path = arguments.output or arguments.directory / formats.FOLDER
     with ExitStack() as stack:
-        names = formats.names_in(output)
-        folder = new_files(stack, output, names, force=arguments.force)
+        folder = new_files(stack, output, formats.names_in(output), force=arguments.force)
         opened, stored = open_run(arguments.directory, permit_of(arguments))
-        flight = _flight(arguments, opened, stored)
-        vehicle = _vehicle(arguments, flight)
-        said = [*checks.faults(flight, most_waypoints=None if arguments.split else most)]
-        if said and not arguments.check:
-            raise _Refused(arguments.directory, said)
-        worth = _worth(arguments, opened, stored, flight)
-        summary = about.Summary(flight, wanted, tuple(said), worth.flown, vehicle)
-        files = {**formats.texts(flight, wanted, worth.odds), formats.ABOUT: summary.text}
+        flights = [_flight(arguments, opened, one) for one in stored.each]
+        limit = None if arguments.split else most
+        said = [[*checks.faults(flight, most_waypoints=limit)] for flight in flights]
+        names = stored.plan.names if len(flights) > 1 else ("",)
+        near = [*checks.too_near(flights, names)]
+        if any([*said, near]) and not arguments.check:
+            raise _Refused(arguments.directory, [*_named(names, said), *near])
+        worth = _worth(arguments, opened, stored, flights)
+        written = zip(flights, said, worth.flown, strict=True)
+        summaries = [
+            about.Summary(flight, wanted, (*wrong, *near), flown, _vehicle(arguments, flight))
+            for flight, wrong, flown in written
+        ]
+        told = "\n\n".join(summary.text for summary in summaries)
+        files = {**formats.texts(flights, wanted, worth.odds), formats.ABOUT: told}
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    written = [str(output / name) for name in files]
-    blocks = [*summary.blocks, f"written to {output}; read {formats.ABOUT} first"]
-    print_result(arguments, summary.as_dict() | {"files": written}, blocks)
+    each = [summary.as_dict() for summary in summaries]
+    content = each[0] if len(each) == 1 else {"flights": each}
+    blocks = _named(names, [summary.blocks for summary in summaries])
+    ends = f"written to {output}; read {formats.ABOUT} first"
+    paths = [str(output / name) for name in files]
+    print_result(arguments, content | {"files": paths}, [*blocks, ends])
     return 0
+
+
+def _named(names: "Sequence[str]", said: "Sequence[Sequence[str]]") -> list[str]:
+    """Return all that is said of flights, each line with the name of its flight if it has one."""
+    return [
+        f"{name}: {line}" if name else line
+        for name, lines in zip(names, said, strict=True)
+        for line in lines
+    ]
 
 
 def _vehicle(arguments: argparse.Namespace, flight: "RunFlight") -> tuple[str, ...] | None:
@@ -174,7 +192,10 @@ def _flight(
     from planner.scenario.aircraft_file import with_aircraft
 
     file = arguments.aircraft
-    uav = None if file is None else with_aircraft(opened.scenario.uav, file)
+    mine = opened.scenario.uavs[stored.plan.flights[0].uav]
+    uav = None if file is None else with_aircraft(mine, file)
+    if uav is not None and len(opened.scenario.uavs) > 1:  # each keeps to its height
+        uav = uav.model_copy(update={"altitude_m": mine.altitude_m})
     if arguments.by_hand is not None:
         if arguments.tolerance is not None:
             raise InputError("--tolerance: is for an autopilot's flight; leave it or --by-hand out")
@@ -203,17 +224,17 @@ def _judge(arguments: argparse.Namespace, opened: "OpenScenario", stored: "Store
 class _Worth(NamedTuple):
     """What flights achieve on the same fresh targets."""
 
-    flown: "Worth"
-    odds: "Odds"  # of the flight that is written
+    flown: "list[Worth]"  # for each flight, what all are worth together
+    odds: "Odds"  # of the flights that are written
 
 
 def _worth(
     arguments: argparse.Namespace,
     opened: "OpenScenario",
     stored: "StoredPlan",
-    flight: "RunFlight",
+    flights: "Sequence[RunFlight]",
 ) -> _Worth:
-    """Return what the plan, and the flight that is written, achieve on the same fresh targets."""
+    """Return what the plan, and the flights that are written, achieve on the same fresh targets."""
     from planner.cli.session import Drive, recorded
     from planner.detection.evaluate import evaluate
     from planner.export.about import Flown, Worth
@@ -224,16 +245,21 @@ def _worth(
     drive = Drive.of_truth("recording fresh targets", opened)
     truth = recorded(arguments, opened, drive, lambda one: one.evaluation(many)).futures
 
-    def flown(tracks: "Sequence[Track]") -> Flown:
+    def flown(tracks: "Sequence[Track]") -> list[Flown]:
         found = evaluate(tracks, truth, stored.sensor, stored.objective)
-        begins_s = min(float(track.time_s[0]) for track in tracks)
-        return Flown(found, max(track.end_s for track in tracks) - begins_s)
+        return [Flown(found, track.end_s - float(track.time_s[0])) for track in tracks]
 
-    written, line = flown((flight.track,)), line_alone(flight)
-    on_s = flight.track.sensor_on.ravel().tolist()
-    odds = Odds(truth, written.evaluation.seen_at, flight.network, on_s[0], on_s[-1])
-    alone = None if line is None else flown((line,))
-    return _Worth(Worth(flown(stored.plan.tracks), written, alone), odds)
+    tracks, lines = [flight.track for flight in flights], [line_alone(one) for one in flights]
+    planned, written = flown(stored.plan.tracks), flown(tracks)
+    on_s = [track.sensor_on for track in tracks]
+    from_s, to_s = min(float(one.min()) for one in on_s), max(float(one.max()) for one in on_s)
+    made = written[0].evaluation
+    odds = Odds(truth, made.seen_at, flights[0].network, from_s, to_s, made.survival)
+    alone: list[Flown | None] = [None] * len(tracks)
+    if any(line is not None for line in lines):
+        held = flown([line or track for track, line in zip(tracks, lines, strict=True)])
+        alone = [None if line is None else one for line, one in zip(lines, held, strict=True)]
+    return _Worth([Worth(*each) for each in zip(planned, written, alone, strict=True)], odds)
 
 
 class _Refused(InputError):

@@ -1,98 +1,149 @@
-"""The work of `planner compare --instances`: all methods on the frozen instances, one table."""
+"""`planner instances`: the frozen instances for those who work without this program."""
 
 import argparse
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
-from planner.cli.comparison import compared_methods
+from planner.cli.arguments import add_jobs, count, path
 from planner.cli.printing import print_result
-from planner.cli.progress import progress_bar
-from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
-from planner.experiments.condition import Condition
-from planner.experiments.instances import Instance, flown_again, instances_path, read_instances
-from planner.experiments.run import run
-from planner.files import written_whole
-from planner.locks import temporary_folder
-from planner.mission.recorder import Recorder
-from planner.report import experiment_tables
 
-PAGE = "instances.md"
+if TYPE_CHECKING:
+    from planner.detection.evaluation import Evaluation
+    from planner.experiments.instances import Instance
+    from planner.mission.recorder import Recorder
+
+SUMMARY = "export the frozen instances as plain files, or score submitted plans"
+DETAILS = """\
+`export` writes a folder that needs neither SUMO nor this program: roads, UAV and
+sensor as JSON, futures as NumPy files, and a scorer. `results` flies the plans in
+DIR/NAME/*.json and makes a page of what they are worth."""
+EXAMPLES = (
+    ("instances export runs/instances", "all of them; takes minutes"),
+    ("instances export runs/one --only bs3d", "one of them"),
+    ("instances results instances/results", "what are plans worth?"),
+)
 
 
-def compare_on_instances(arguments: argparse.Namespace) -> int:
-    """Plan for every instance with every method and print the table.
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `planner instances`."""
+    parser.add_argument("action", choices=("export", "results"), help="what to do")
+    parser.add_argument(
+        "directory", type=path, metavar="DIR", help="folder to write, or that of submitted plans"
+    )
+    parser.add_argument(
+        "--only",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="this instance alone; repeatable",
+    )
+    parser.add_argument(
+        "--targets", type=count, metavar="N", help="futures to judge plans on (default: 8000)"
+    )
+    parser.add_argument(
+        "--seed-file",
+        type=path,
+        metavar="FILE",
+        help="results: the seed of the third set of futures, once it has been opened",
+    )
+    parser.add_argument("-o", "--output", type=path, metavar="FILE", help="results: write the page")
+    parser.add_argument("--force", action="store_true", help="overwrite DIR or FILE")
+    add_jobs(parser)
 
-    Raises
-    ------
-    InputError
-        If a scenario is named as well, or the results would have to go into a file.
-    """
-    if arguments.scenario is not None:
-        raise InputError(f"--instances: brings its own scenarios; leave {arguments.scenario} out")
-    instances = read_instances(instances_path())
-    methods = compared_methods(arguments)
-    conditions = {(one.name, m.name): one.condition(m) for one in instances for m in methods}
-    with ExitStack() as stack:
-        folder = arguments.output or Path(stack.enter_context(temporary_folder()))
-        known = _known(instances, arguments.jobs)
-        with progress_bar("instances") as progress:
-            parts = {folder: [*conditions.values()]}
-            results = run(parts, workers=arguments.jobs, progress=progress)[folder]
-    values = _values(conditions, results.rows)
-    blocks: list[Any] = [experiment_tables.instances_table(instances, known, values)]
-    blocks += _moved(instances, known)
-    if arguments.output:
-        with written_whole(arguments.output / PAGE) as new:
-            page = experiment_tables.instances_page(instances, known, values)
-            new.write_text(page, encoding="utf-8")
-        blocks.append(f"written to {arguments.output}")
-    summary = {"instances": [_summary(one, known[one.name], values) for one in instances]}
-    print_result(arguments, summary, blocks)
+
+def run(arguments: argparse.Namespace) -> int:
+    """Export the instances, or make the page of results."""
+    if arguments.action == "export":
+        for option in ("seed_file", "output"):
+            if getattr(arguments, option) is not None:
+                name = option.replace("_", "-")
+                raise InputError(f"--{name}: goes with `instances results` only; leave it out")
+        return _export(arguments)
+    return _results(arguments)
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    from planner.cli.session import new_files
+    from planner.experiments import portable
+    from planner.experiments.submissions import SEED_SHA256
+    from planner.report.experiment_tables import exported_table
+
+    folder, force, done = arguments.directory, arguments.force, []
+    with ExitStack() as rest:
+        beside = new_files(rest, folder, portable.OF_ALL, force=force)
+        for one in _chosen(arguments):
+            with ExitStack() as stack:
+                place = folder / portable.folder_of(one.name)
+                here = new_files(stack, place, portable.OF_AN_INSTANCE, force=force)
+                recorder = stack.enter_context(_recorder(arguments, one))
+                done.append(portable.export(here, one, recorder, _judged(arguments)))
+        with ExitStack() as stack:
+            place = folder / portable.TESTS
+            portable.export_tests(new_files(stack, place, portable.OF_TESTS, force=force))
+        portable.export_rest(beside, folder, done, SEED_SHA256)
+    summary = {"directory": str(folder), "instances": [vars(one) for one in done]}
+    print_result(arguments, summary, [exported_table(done), f"written to {folder}"])
     return 0
 
 
-def _known(instances: Sequence[Instance], jobs: int | None) -> dict[str, Evaluation]:
-    """Return the values of the best known plans, flown again."""
-    known = {}
-    with progress_bar("flying the best known plans") as progress:
-        for done, instance in enumerate(instances):
-            progress(done, len(instances))
-            opened = instance.opened()
-            fresh = Recorder(opened, jobs).evaluation().futures
-            known[instance.name] = flown_again(instance, opened, fresh)
-    return known
+def _results(arguments: argparse.Namespace) -> int:
+    from planner.cli.session import output_file
+    from planner.experiments import submissions
 
-
-def _values(
-    conditions: Mapping[tuple[str, str], Condition], rows: Sequence[Mapping[str, Any]]
-) -> dict[tuple[str, str], float | None]:
-    found = {row["id"]: row["expected_detection_time_s"] for row in rows}
-    return {pair: found[condition.id] for pair, condition in conditions.items()}
-
-
-def _summary(
-    instance: Instance, known: Evaluation, values: Mapping[tuple[str, str], float | None]
-) -> dict[str, Any]:
-    low_s, high_s = known.ci95_s
-    return {
-        "instance": instance.name,
-        "best_known_s": known.expected_detection_time_s,
-        "ci95_s": [low_s, high_s],
-        "found_by": instance.method,
-        "bound": None if instance.bound is None else vars(instance.bound),
-        "methods": {m: value for (name, m), value in values.items() if name == instance.name},
+    with ExitStack() as stack:
+        new = output_file(stack, arguments)
+        chosen = _chosen(arguments)
+        submitted = submissions.read_submissions(arguments.directory, chosen)
+        file = arguments.seed_file
+        seed = None if file is None else submissions.read_seed(file)
+        scores: dict[tuple[str, str], Evaluation] = {}
+        for one in chosen:
+            mine = [plan for plan in submitted if plan.instance == one.name]
+            if mine:
+                with _recorder(arguments, one) as recorder:
+                    targets = submissions.targets_of(recorder, seed, _judged(arguments))
+                scores |= submissions.scores_on(one, mine, recorder, targets)
+        opened = "" if file is None else file.read_text(encoding="utf-8").strip()
+        page = submissions.results_page(scores, seed=opened)
+        if new is not None:
+            new.write_text(page, encoding="utf-8", newline="\n")
+    summary = {
+        "seed": opened or None,
+        "scores": [
+            {
+                "instance": name,
+                "whose": whose,
+                "expected_detection_time_s": found.expected_detection_time_s,
+                "ci95_s": list(found.ci95_s),
+                "detection_probability": found.detection_probability,
+            }
+            for (name, whose), found in scores.items()
+        ],
     }
+    print_result(arguments, summary, [page] if new is None else [f"written to {arguments.output}"])
+    return 0
 
 
-def _moved(instances: Sequence[Instance], known: Mapping[str, Evaluation]) -> list[str]:
-    """Return a line for each best known plan whose value here differs from the recorded one."""
-    return [
-        f"{one.name}: the best known plan takes {value:,.1f} s here, but {one.value_s:,.1f} s were "
-        "written down"
-        for one in instances
-        for value in [known[one.name].expected_detection_time_s]
-        if abs(value - one.value_s) > 0.1
-    ]
+def _chosen(arguments: argparse.Namespace) -> "list[Instance]":
+    from planner.experiments.instances import instances_path, read_instances
+    from planner.experiments.portable import chosen
+
+    return chosen(read_instances(instances_path()), arguments.only)
+
+
+def _judged(arguments: argparse.Namespace) -> int:
+    from planner.experiments.portable import JUDGED
+
+    return arguments.targets or JUDGED
+
+
+@contextmanager
+def _recorder(arguments: argparse.Namespace, one: "Instance") -> "Iterator[Recorder]":
+    """Give an instance's recorder, which shows how far it is."""
+    from planner.cli.backends import recorder_of
+    from planner.cli.progress import progress_bar
+
+    with progress_bar(f"recording {one.name}") as progress:
+        yield recorder_of(arguments, one.opened(), progress)

@@ -60,8 +60,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
+        nargs="+",
         metavar="FILE",
-        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML, CSV or Parquet)",
+        help="plan on these futures: a futures.parquet, or SUMO's FCD output (XML, CSV or "
+        "Parquet); several files are several days, each as likely as any other",
     )
     parser.add_argument(
         "--begin",

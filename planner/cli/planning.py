@@ -3,7 +3,7 @@
 import argparse
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -41,7 +41,8 @@ from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.recorder import budget_of, problem_of
-from planner.mission.run_folder import OWN_BEGIN, OWN_FUTURES
+from planner.mission.replan import Replanned
+from planner.mission.run_folder import OWN_BEGIN, own_key
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
 from planner.page.page import page
@@ -75,6 +76,8 @@ class _Planned:
     attempt: Attempt
     certificate: Certificate | None = None
     no_bound: str = ""  # why there is no certificate, though it was asked for
+    # of which run it is the rest, as ``plan.json`` has it; empty: of none
+    parent: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +106,8 @@ class _Found(_Planned):
             seed=self.opened.scenario.search.seed,
             sighted_at=self.opened.scenario.target.sighted_at,
         )
+        if self.parent:
+            content["parent"] = dict(self.parent)
         if self.trial.own is not None:
             content["planner"] = self.trial.own.as_dict()
         if self.timing:
@@ -133,7 +138,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             found.problem, found.certificate
         )
     summary["directory"] = arguments.output and str(arguments.output)
-    blocks = _blocks(arguments, found, own=targets.own is not None, shown=preview.is_shown)
+    blocks = _blocks(arguments, found, own=targets.own, shown=preview.is_shown)
     print_result(arguments, summary, blocks)
     return 0
 
@@ -146,6 +151,31 @@ def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -
     _write_all(folder, arguments, targets, _evaluated(arguments, targets, planned, None), watch)
 
 
+def write_replanned(
+    folder: Path | None,
+    arguments: argparse.Namespace,
+    found: Replanned,
+    planning: Recording,
+    parent: Mapping[str, Any],
+) -> tuple[tables.MethodRow, Futures]:
+    """Write the run of what is left of another one; return what it is worth, and on which targets.
+
+    Parameters
+    ----------
+    folder
+        Where; None: nowhere.
+    parent
+        Of which run it is the rest, as ``plan.json`` has it.
+    """
+    watch, opened = Watch(), found.resumed.opened
+    targets = _Targets(planning, found.holdout)
+    planned = _Planned(opened, found.problem, found.attempt, parent=parent)
+    whole = _evaluated(arguments, targets, planned, None)
+    if folder is not None:
+        _write_all(folder, arguments, targets, whole, watch)
+    return whole.row, whole.met
+
+
 def _write_all(
     folder: Path, arguments: argparse.Namespace, targets: _Targets, found: _Found, watch: Watch
 ) -> None:
@@ -156,7 +186,8 @@ def _write_all(
     watch.lap("files")
     record = record_of(arguments, found.opened, found.content, targets.planning, watch)
     if targets.own is not None:
-        record |= paths_in_record(OWN_FUTURES, targets.own.path, arguments.output)
+        for number, path in enumerate(targets.own.paths):
+            record |= paths_in_record(own_key(number), path, arguments.output)
         record[OWN_BEGIN] = targets.own.begin_s
     record["planning"] = planning_record(found.trial)
     record["targets"] = targets_record(targets.planning, targets.holdout, found.trial)
@@ -185,7 +216,7 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
             "--targets %d: goes unused; the plan is evaluated on the %s kept out of %s",
             arguments.targets,
             counted(len(split.kept_out.futures), "vehicle"),
-            own.path.name,
+            ", ".join(path.name for path in own.paths),
         )
     return _Targets(split.planning, kept_out=split.kept_out, are=tables.KEPT_OUT, own=own)
 
@@ -193,7 +224,7 @@ def _targets(arguments: argparse.Namespace, opened: OpenScenario, method: Method
 def _own_futures(arguments: argparse.Namespace) -> OwnFutures | None:
     """Return the futures that take the place of the belief; None if the belief holds."""
     if arguments.futures is not None:
-        return OwnFutures(arguments.futures, arguments.begin)
+        return OwnFutures(arguments.futures[0], arguments.begin, tuple(arguments.futures[1:]))
     own = futures_of_run(arguments)
     if own is not None:
         tell_own(arguments, own)
@@ -218,7 +249,7 @@ def _evaluated(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
-        prospects=prospects(fresh.futures, problem.uav, problem.sensor, problem.objective),
+        prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
         fresh=targets.are,
         timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
@@ -259,7 +290,8 @@ def _planned(
         attempt, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
-        return _Planned(opened, problem, attempt, certificate, *reasons[:1])
+        no_bound = reasons[0] if reasons else ""
+        return _Planned(opened, problem, attempt, certificate, no_bound)
 
 
 def _write(folder: Path, found: _Found) -> None:
@@ -287,7 +319,7 @@ def _write_page(
 
 
 def _blocks(
-    arguments: argparse.Namespace, found: _Found, *, own: bool, shown: bool
+    arguments: argparse.Namespace, found: _Found, *, own: OwnFutures | None, shown: bool
 ) -> Iterator[Any]:
     """Yield the tables and sentences to print.
 
@@ -306,11 +338,12 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
-    yield from _hints(found, own=own)
+    yield from _hints(found, own=own is not None)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
-    if own:
-        yield sentences.own_futures_line(found.fresh, len(trial.evaluated.weight))
+    if own is not None:
+        many = len(trial.evaluated.weight)
+        yield sentences.own_futures_line(found.fresh, many, len(own.paths))
     if certificate is not None:
         yield sentences.certificate_line(certificate, found.problem.objective.by_s)
         if certificate.gap > arguments.gap:

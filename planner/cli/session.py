@@ -57,11 +57,12 @@ def futures_of_run(arguments: argparse.Namespace) -> OwnFutures | None:
     if record.name != PROVENANCE or not record.is_file():
         return None
     own = own_futures(record.parent)
-    if own is not None and not own.path.is_file():
-        raise InputError(
-            f"{record}: the run was planned on {own.path}, which is gone; put it back, or name "
-            "the scenario in place of the run"
-        )
+    for path in own.paths if own is not None else ():
+        if not path.is_file():
+            raise InputError(
+                f"{record}: the run was planned on {path}, which is gone; put it back, or name "
+                "the scenario in place of the run"
+            )
     return own
 
 
@@ -72,7 +73,7 @@ def tell_belief(arguments: argparse.Namespace) -> None:
         log.warning(
             "%s: the run was planned on %s; this command draws from its scenario's belief",
             arguments.scenario,
-            own.path,
+            ", ".join(map(str, own.paths)),
         )
 
 
@@ -82,7 +83,7 @@ def tell_own(arguments: argparse.Namespace, own: OwnFutures) -> None:
         "%s: takes the futures that the run was planned on, %s; name the scenario in place of "
         "the run to draw from its belief",
         arguments.scenario,
-        own.path,
+        ", ".join(map(str, own.paths)),
     )
 
 

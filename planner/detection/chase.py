@@ -1,5 +1,7 @@
 """How soon each target could be seen by a UAV that knew where it is going: nobody does better."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from planner.arrays import Floats
@@ -27,3 +29,8 @@ def chased_alone(futures: Futures, uav: Uav, sensor: Sensor) -> Floats:
         float(sees_m),
     )
     return np.asarray(caught_at(chaser, columns(futures)))
+
+
+def chased_by_any(futures: Futures, uavs: Sequence[Uav], sensor: Sensor) -> Floats:
+    """Return when the first of several UAVs could see each particle if all chased it, (N,)."""
+    return np.asarray(np.min([chased_alone(futures, uav, sensor) for uav in uavs], axis=0))

@@ -1,11 +1,12 @@
 """What any flight has to reckon with: targets leave the map, and some are out of reach."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.arrays import Flags
-from planner.detection.chase import chased_alone
+from planner.detection.chase import chased_by_any
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -30,15 +31,17 @@ class Prospects:
         return self.gone > MUCH
 
 
-def prospects(futures: Futures, uav: Uav, sensor: Sensor, objective: Objective) -> Prospects:
-    """Return what any flight of a UAV has to reckon with on given futures."""
+def prospects(
+    futures: Futures, uavs: Sequence[Uav], sensor: Sensor, objective: Objective
+) -> Prospects:
+    """Return what any flight of one UAV or several has to reckon with on given futures."""
     horizon_s = objective.horizon_s
     moments_s = [moment_s for moment_s in MOMENTS_S if moment_s < horizon_s]
     return Prospects(
         gone_by=tuple((moment_s, gone_by(futures, moment_s)) for moment_s in moments_s),
         gone=gone_by(futures, horizon_s),
         ceiling=Evaluation(
-            chased_alone(futures, uav, sensor), futures.weight, futures.end_s, objective
+            chased_by_any(futures, uavs, sensor), futures.weight, futures.end_s, objective
         ),
     )
 

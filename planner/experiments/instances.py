@@ -15,6 +15,7 @@ from planner.errors import InputError, NotApplicableError
 from planner.experiments.condition import Condition
 from planner.files import shipped, shipped_names
 from planner.flight.legs import legs_named
+from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.guard import parsed_toml, read_text
 from planner.mission.opening import OpenScenario, open_scenario
@@ -23,9 +24,11 @@ from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.source import scenario_path
 from planner.scenario.toml_text import toml_text
 from planner.search.methods import Method
-from planner.search.plan import plan_of_legs
+from planner.search.plan import plan_of_legs, plan_of_waypoints
+from planner.search.problem import Problem
 from planner.search.stop import WorkDone
 
+BEST_KNOWN = "best known"
 FILE = "instances.toml"  # beside one of the shipped scenarios
 KEYS = ("name", "scenario", "seed", "set", "method", "value_s", "low_s", "high_s", "plan")
 
@@ -47,7 +50,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Instance:
-    """A scenario with its overrides and seed, and the best plan of roads that is known for it."""
+    """A scenario with its overrides and seed, and the best plan that is known for it."""
 
     name: str
     scenario: str
@@ -59,6 +62,9 @@ class Instance:
     high_s: float
     plan: tuple[str, ...]  # names of roads in the order flown
     bound: "Bound | None" = None
+    # where the plan flies to if it leaves the roads: x and y in metres, seconds of hovering
+    stops: tuple[tuple[float, float, float], ...] = ()
+    targets: int = FRESH_TARGETS  # fresh ones, on which plans are evaluated
 
     def condition(self, method: Method) -> Condition:
         """Return the condition in which a method plans for this instance."""
@@ -69,7 +75,7 @@ class Instance:
             method=method.name,
             own=method.own,
             seed=self.seed,
-            targets=FRESH_TARGETS,
+            targets=self.targets,
             place=scenario_path(self.scenario),
             levels={"instance": self.name},
         )
@@ -117,6 +123,8 @@ def _instance(table: Mapping[str, Any]) -> Instance:
         high_s=table["high_s"],
         plan=tuple(table["plan"].split()),
         bound=_bound(table) if "bound_s" in table else None,
+        stops=tuple((float(x), float(y), float(s)) for x, y, s in table.get("stops", ())),
+        targets=table.get("targets", FRESH_TARGETS),
     )
 
 
@@ -138,8 +146,21 @@ def flown_again(instance: Instance, opened: OpenScenario, fresh: Futures) -> Eva
         If the plan names a road that is not there.
     """
     problem = problem_of(opened, fresh)
-    plan = plan_of_legs(problem, "best known", legs_named(opened.network, instance.plan))
+    plan = best_known(instance, problem)
     return evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
+
+
+def best_known(instance: Instance, problem: Problem) -> Plan:
+    """Return an instance's best known plan, for its problem on any futures.
+
+    Raises
+    ------
+    InputError
+        If it names a road that is not there.
+    """
+    if instance.stops:
+        return plan_of_waypoints(problem, BEST_KNOWN, np.array(instance.stops))
+    return plan_of_legs(problem, BEST_KNOWN, legs_named(problem.network, instance.plan))
 
 
 def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
@@ -152,8 +173,7 @@ def bound_on(instance: Instance, futures: Futures, steps: int) -> Bound:
     """
     opened = instance.opened()
     problem = problem_of(opened, futures)
-    legs = legs_named(opened.network, instance.plan)
-    plan = plan_of_legs(problem, "best known", legs)
+    plan = best_known(instance, problem)
     try:
         found = certified(problem, plan, Effort(stop=WorkDone(steps)))
         return Bound(found.value, found.bound, found.plan_class)

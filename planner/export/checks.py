@@ -1,6 +1,7 @@
 """What speaks against flying a flight as it is written, one line for each thing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import combinations
 from math import hypot, inf
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
+from planner.flight.separation import APART_M, BESIDE_M, MISTIMED, too_near_s
 from planner.flight.turning import tight_corners
 from planner.messages import counted
 
@@ -40,7 +42,7 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
     yield from _battery(run)
     home, first = run.flight.waypoints[:2]
     away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
-    if away_m > FAR_M and not run.by_hand:
+    if away_m > FAR_M and not run.by_hand and run.flight.launch is None:
         yield (
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"
@@ -53,12 +55,27 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
         )
 
 
+def too_near(runs: Sequence[RunFlight], names: Sequence[str]) -> Iterator[str]:
+    """Yield which flights of different UAVs may come too near each other, and when first."""
+    for one, other in combinations(range(len(runs)), 2):
+        if runs[one].sortie.uav == runs[other].sortie.uav:
+            continue
+        near_s = too_near_s(runs[one].course, runs[other].course)
+        if near_s is not None:
+            yield (
+                f"{names[one]} and {names[other]} may be nearer than {APART_M:g} m in height and "
+                f"{BESIDE_M:g} m beside each other from {clock(near_s)} on, if times are off by "
+                f"{MISTIMED:.0%}; start and land {BESIDE_M:g} m apart, or take off later "
+                "(uav.take_off_s)"
+            )
+
+
 def _aircraft(run: RunFlight) -> Iterator[str]:
     law = run.aircraft.law
     at_once = [
         (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
         (law.climb_mps, "climb_mps", "is at its height"),
-    ]
+    ][: 2 if run.flight.launch is None else 1]
     for rate, key, what in at_once:
         if rate == inf:
             yield f"uav.{key}: is not given, and no aircraft {what} at once; give it"

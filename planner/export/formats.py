@@ -1,7 +1,7 @@
 """All formats of a flight: the names of their files, and who writes them."""
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,8 +34,8 @@ SPLIT = ("plan", "waypoints")  # what autopilots load, and may be in parts: flig
 ABOUT = "flight.txt"
 FOLDER = "flight"  # in the run's
 ARDUPILOT_ONLY = "waypoints"  # PX4 would take its first line for a waypoint at sea level
-PART = re.compile(r"flight-\d+\.\w+")
-MAPS: dict[str, Callable[[FlightFile], str]] = {"kml": kml, "gpx": gpx, "csv": csv_table}
+PART = re.compile(r"flight(-uav\d+(\.\d+)?)?(-\d+)?\.\w+")
+MAPS: dict[str, Callable[[Sequence[FlightFile]], str]] = {"kml": kml, "gpx": gpx, "csv": csv_table}
 
 
 @dataclass(frozen=True)
@@ -102,34 +102,43 @@ def _earlier_parts(folder: Path) -> list[str]:
     return sorted(name for name in found if PART.fullmatch(name))
 
 
-def _named(name: str, many: int) -> list[str]:
+def _named(name: str, many: int, whose: str = "") -> list[str]:
     file = FILES[name]
-    if name not in SPLIT or many == 1:
+    if name not in SPLIT:
         return [file]
-    return [file.replace(".", f"-{number}.", 1) for number in range(1, many + 1)]
+    file = file.replace(".", f"{whose}.", 1)
+    if many == 1:
+        return [file]
+    stem, _, suffix = file.rpartition(".")
+    return [f"{stem}-{number}.{suffix}" for number in range(1, many + 1)]
 
 
-def texts(run: RunFlight, wanted: Wanted, odds: Odds) -> dict[str, str]:
+def texts(runs: Sequence[RunFlight], wanted: Wanted, odds: Odds) -> dict[str, str]:
     """Return the text of each file that is wanted, by its name.
+
+    What an autopilot loads holds one flight; of several, each has files of its own. All others
+    hold all flights.
 
     Parameters
     ----------
     odds
-        What the flight makes of fresh targets.
+        What the flights make of fresh targets.
     """
-    parts, found = wanted.parts(run.flight), dict[str, str]()
+    flights, found = [run.flight for run in runs], dict[str, str]()
     for name in wanted.formats:
         if name in SPLIT:
-            mission = [_mission(name, part, run, wanted) for part in parts]
-            found |= zip(_named(name, len(parts)), mission, strict=True)
+            for run in runs:
+                whose, parts = "" if len(runs) == 1 else run.whose, wanted.parts(run.flight)
+                mission = [_mission(name, part, run, wanted) for part in parts]
+                found |= zip(_named(name, len(parts), whose), mission, strict=True)
         elif name == "geojson":
-            found[FILES[name]] = geojson(run.flight, odds_features(odds))
+            found[FILES[name]] = geojson(flights, odds_features(odds))
         elif name == "fcd":
-            found[FILES[name]] = fcd(run.flight, run.track)
+            found[FILES[name]] = fcd(flights, [run.track for run in runs])
         elif name == "edgedata":
             found[FILES[name]] = edgedata(odds)
         else:
-            found[FILES[name]] = MAPS[name](run.flight)
+            found[FILES[name]] = MAPS[name](flights)
     return found
 
 

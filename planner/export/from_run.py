@@ -17,6 +17,8 @@ from planner.export.way import Way
 from planner.flight.airspace import Airspace
 from planner.flight.as_flown import Battery, line_flown
 from planner.flight.law import Aircraft, FlightLaw, TimedFlight
+from planner.flight.plan import Sortie
+from planner.flight.separation import Course
 from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
@@ -33,6 +35,8 @@ MOST_OFF_M = 10.0  # that a flight may be off by what is simplified, if nothing 
 PART_OF_RADIUS = 1 / 6  # of the sensor's, and no more than that
 HOLD_DIGITS: dict[Autopilot, int] = {"ardupilot": 0, "px4": 1}  # of the seconds that it hovers
 PLANE = "+proj=tmerc +lat_0={} +lon_0={} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
+
+FIRST = Sortie(0)
 
 LatLon = tuple[float, float]
 
@@ -57,6 +61,20 @@ class RunFlight:
     airspace: Airspace | None
     ended_s: float | None  # when the battery ends it before the plan's end; None: it does not
     by_hand: tuple[Direction, ...] = ()  # the legs of a pilot with a stick; empty: an autopilot's
+    sortie: Sortie = FIRST  # whose flight it is
+
+    @property
+    def whose(self) -> str:
+        """What the names of its files say of whose flight it is, where there are several."""
+        again = f".{self.sortie.number + 1}" if self.sortie.number else ""
+        return f"-uav{self.sortie.uav + 1}{again}"
+
+    @property
+    def course(self) -> Course:
+        """Where it may be when, for others to keep apart from."""
+        law = self.aircraft.law
+        lands_s = law.descend_s if self.battery.home_m is not None else 0.0
+        return Course.of(self.track, law.altitude_m, law.climb_s, lands_s)
 
     @property
     def lasts_s(self) -> float:
@@ -73,7 +91,7 @@ def run_flight(
     tolerance_m: float | None = None,
     autopilot: Autopilot = "ardupilot",
 ) -> RunFlight:
-    """Return the flight of a run as it is written.
+    """Return the flight of a run as it is written; one of several: of `StoredPlan.each`.
 
     Parameters
     ----------
@@ -103,7 +121,8 @@ def run_flight(
     arrives_s = setting.up_s + times.arrives_s
     turn = -2 if setting.lands and len(way.xy_m) > 1 else -1
     ended_s = setting.up_s + float(times.leaves_s[turn]) if is_cut else None
-    return replace(setting.flight(opened, way, arrives_s, track), ended_s=ended_s)
+    sortie = stored.plan.flights[0]
+    return replace(setting.flight(opened, way, arrives_s, track), ended_s=ended_s, sortie=sortie)
 
 
 def hand_flight(
@@ -128,6 +147,8 @@ def hand_flight(
     InputError
         As `run_flight`, or if no street can be flown along.
     """
+    if len(stored.plan.tracks) != 1:
+        raise InputError("--by-hand: is for one flight; plan with one UAV, or leave it out")
     setting = _Setting.of(opened, stored, uav, origin)
     if not setting.law.can_hover:
         raise InputError(
@@ -153,19 +174,34 @@ class _Setting:
     battery: Battery
     up_s: float  # when it is at its height
     airspace: Airspace | None
+    called: str  # what is flown
+    whose: int  # the UAV's number, from 0
 
     @classmethod
     def of(
-        cls, opened: OpenScenario, stored: StoredPlan, uav: UavSection | None, origin: LatLon | None
+        cls,
+        opened: OpenScenario,
+        stored: StoredPlan,
+        uav: UavSection | None,
+        origin: LatLon | None,
     ) -> "_Setting":
-        network, uav = placed(opened.network, origin), uav or opened.scenario.uav
-        aircraft = _real(uav)
+        network, plan = placed(opened.network, origin), stored.plan
+        (whose, _), planned_for = plan.flights[0], opened.scenario.uavs
+        several = len(planned_for) > 1 or planned_for[0].sorties is not None
+        uav = uav or planned_for[whose]
+        aircraft, home_m = _real(uav), opened.landings_m[whose]
+        airspace = opened.airspaces[whose]
+        title = opened.scenario.title or opened.scenario.path.parent.name
+        if uav.in_air is not None:
+            aircraft = aircraft.in_air
         return cls(
             network,
             aircraft,
-            _battery(uav, aircraft, opened),
-            stored.plan.take_off_s + aircraft.law.climb_s,
-            within_link(opened.airspace, link_of(uav, network)),
+            _battery(uav, aircraft, home_m, airspace),
+            plan.take_off_s + aircraft.law.climb_s,
+            within_link(airspace, link_of(uav, network)),
+            f"{title}: {plan.names[0]}" if several else title,
+            whose,
         )
 
     @property
@@ -183,9 +219,16 @@ class _Setting:
     def flown(self, way: Way) -> tuple[Track, TimedFlight]:
         return line_flown(way.xy_m, way.hold_s, self.law, up_s=self.up_s, lands=self.lands)
 
+    def launch(self, opened: OpenScenario) -> Waypoint | None:
+        """Return where it took off, if it flies already."""
+        if opened.scenario.uavs[self.whose].in_air is None:
+            return None
+        took_off = Way(np.array([opened.starts_m[self.whose]]), np.zeros(1), ())
+        return waypoints_of(took_off, np.array([opened.scenario.take_off_s]), self.network)[0]
+
     def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
         waypoints = waypoints_of(way, arrives_s, self.network)
-        flight = _file(opened, self.network, self.law, waypoints)
+        flight = _file(opened, self, waypoints)
         fixes = fixes_of(track, self.law, self.network, lands=self.lands)
         return RunFlight(
             flight=replace(flight, way=fixes),
@@ -247,15 +290,18 @@ def _real(uav: UavSection) -> Aircraft:
 
 def _planned(opened: OpenScenario, stored: StoredPlan) -> Line:
     if len(stored.plan.tracks) != 1:
-        raise InputError("plan.json: a flight file is for one UAV; plan with one")
-    made_for = aircraft_of(opened.scenario.uav)
-    law = FlightLaw(opened.scenario.uav.speed_mps) if made_for is None else made_for.law
+        raise InputError("plan.json: holds several flights, which are written one by one")
+    whose = stored.plan.flights[0].uav
+    uav = opened.scenario.uavs[whose]
+    made_for = aircraft_of(uav)
+    law = FlightLaw(uav.speed_mps) if made_for is None else made_for.law
+    flies = uav.in_air is not None
     return line_of(
         stored.plan.tracks[0],
         stored.plan.legs[0],
         opened.network,
-        up_s=law.climb_s,
-        down_s=0.0 if opened.return_to_m is None else law.descend_s,
+        up_s=0.0 if flies else law.climb_s,
+        down_s=0.0 if opened.landings_m[whose] is None else law.descend_s,
     )
 
 
@@ -274,23 +320,27 @@ def _point(place: Floats) -> Point:
     return float(place[0]), float(place[1])
 
 
-def _battery(uav: UavSection, aircraft: Aircraft, opened: OpenScenario) -> Battery:
+def _battery(
+    uav: UavSection, aircraft: Aircraft, home_m: Point | None, airspace: Airspace | None
+) -> Battery:
     lasts_s = np.inf if uav.max_flight_time_s is None else uav.max_flight_time_s
-    home_m, headwind_mps = opened.return_to_m, aircraft.headwind_mps
-    return Battery(lasts_s, aircraft.reserve_s, home_m, headwind_mps, opened.airspace)
+    there = uav.in_air
+    if there is not None and there.left_s is not None:
+        lasts_s = there.left_s
+    return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps, airspace)
 
 
-def _file(
-    opened: OpenScenario, network: RoadNetwork, law: FlightLaw, waypoints: list[Waypoint]
-) -> FlightFile:
-    start, end = ((one.x_m, one.y_m) for one in (waypoints[0], waypoints[-1]))
-    comes_home = opened.return_to_m == start == end
+def _file(opened: OpenScenario, setting: _Setting, waypoints: list[Waypoint]) -> FlightFile:
+    launch = setting.launch(opened)
+    start, end = ((one.x_m, one.y_m) for one in (launch or waypoints[0], waypoints[-1]))
+    comes_home = setting.battery.home_m == start == end
     return FlightFile(
-        name=opened.scenario.title or opened.scenario.path.parent.name,
+        name=setting.called,
         waypoints=tuple(ends_without_holds(waypoints, comes_home)),
-        height_m=law.altitude_m,
-        speed_mps=law.speed_mps,
+        height_m=setting.law.altitude_m,
+        speed_mps=setting.law.speed_mps,
         comes_home=comes_home,
         sighted_at=opened.scenario.target.sighted_at,
-        attribution=network.attribution,
+        attribution=setting.network.attribution,
+        launch=launch,
     )

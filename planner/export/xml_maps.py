@@ -1,5 +1,6 @@
 """Flights for maps and handhelds: KML with times, and GPX."""
 
+from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from planner.export.flight_file import Fix, FlightFile, Waypoint
@@ -10,20 +11,27 @@ GPX = "http://www.topografix.com/GPX/1/1"
 LINE_COLOUR, LINE_WIDTH = "ff005ed5", "3"  # opacity, blue, green, red
 
 
-def kml(flight: FlightFile) -> str:
-    """Return a flight as KML: its line, its true track if its times are known, its waypoints.
+def kml(flights: Sequence[FlightFile]) -> str:
+    """Return flights as KML: the line, the true track if its times are known, the waypoints.
 
     Longitude comes first. Pilots' apps that fly a line fly it without holding anywhere.
     """
     root = ET.Element("kml", {"xmlns": KML, "xmlns:gx": GX})
     document = ET.SubElement(root, "Document")
-    _text(document, "name", flight.name)
-    if flight.attribution:
-        _text(document, "description", flight.attribution)
+    _text(document, "name", flights[0].name)
+    if flights[0].attribution:
+        _text(document, "description", flights[0].attribution)
     style = ET.SubElement(ET.SubElement(document, "Style", id="flight"), "LineStyle")
     _text(style, "color", LINE_COLOUR)
     _text(style, "width", LINE_WIDTH)
-    line = _placemark(document, "planned flight", "#flight")
+    for flight in flights:
+        called = "planned flight" if len(flights) == 1 else flight.name
+        _kml_flight(document, flight, called)
+    return _written(root)
+
+
+def _kml_flight(document: ET.Element, flight: FlightFile, called: str) -> None:
+    line = _placemark(document, called, "#flight")
     shape = ET.SubElement(line, "LineString")
     _text(shape, "tessellate", "1")
     _text(shape, "altitudeMode", "relativeToGround")
@@ -35,16 +43,27 @@ def kml(flight: FlightFile) -> str:
     _text(folder, "name", "waypoints")
     for number, one in enumerate(flight.waypoints):
         _kml_waypoint(folder, flight, number, one)
+
+
+def gpx(flights: Sequence[FlightFile]) -> str:
+    """Return flights as GPX 1.1: routes for handhelds, and true tracks with all their times."""
+    root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "sumo-search-planner"})
+    about = ET.SubElement(root, "metadata")
+    _text(about, "name", flights[0].name)
+    if flights[0].attribution:
+        _text(about, "desc", flights[0].attribution)
+    for flight in flights:  # first all routes, then all tracks
+        _gpx_route(root, flight)
+    for flight in flights:
+        track = ET.SubElement(root, "trk")
+        _text(track, "name", f"{flight.name}, planned")
+        segment = ET.SubElement(track, "trkseg")
+        for fix in flight.fixes:
+            _gpx_point(segment, "trkpt", flight, fix)
     return _written(root)
 
 
-def gpx(flight: FlightFile) -> str:
-    """Return a flight as GPX 1.1: a route for handhelds, and its true track with all its times."""
-    root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "sumo-search-planner"})
-    about = ET.SubElement(root, "metadata")
-    _text(about, "name", flight.name)
-    if flight.attribution:
-        _text(about, "desc", flight.attribution)
+def _gpx_route(root: ET.Element, flight: FlightFile) -> None:
     route = ET.SubElement(root, "rte")
     _text(route, "name", flight.name)
     for number, one in enumerate(flight.waypoints):
@@ -53,12 +72,6 @@ def gpx(flight: FlightFile) -> str:
         _text(point, "name", str(number))
         if one.street:
             _text(point, "desc", one.street)
-    track = ET.SubElement(root, "trk")
-    _text(track, "name", f"{flight.name}, planned")
-    segment = ET.SubElement(track, "trkseg")
-    for fix in flight.fixes:
-        _gpx_point(segment, "trkpt", flight, fix)
-    return _written(root)
 
 
 def _moving(document: ET.Element, flight: FlightFile) -> None:

@@ -37,45 +37,52 @@ class Course(Frozen):
         freeze(self, **dict.fromkeys(names, np.float64))
 
     @classmethod
-    def of(cls, track: Track, uav: Uav, *, climbs: bool = True) -> "Course":
-        """Return the course of a UAV along a track.
+    def of(cls, track: Track, height_m: float, climb_s: float, descend_s: float) -> "Course":
+        """Return the course of a flight.
 
         Parameters
         ----------
-        climbs
-            Whether it takes off for this flight; otherwise it is at its height already.
+        height_m
+            At which it flies, above the ground.
+        climb_s, descend_s
+            How long it climbs from the ground at its start, and comes down at its end; 0: it is at
+            its height at once, or stays in the air.
         """
-        law = None if uav.aircraft is None else uav.aircraft.law
         begins_s, ends_s = float(track.time_s[0]), track.end_s
-        up_s = begins_s + (law.climb_s if law is not None and climbs else 0.0)
-        lands = law is not None and uav.return_to_m is not None
-        down_s = ends_s - (law.descend_s if law is not None and lands else 0.0)
+        up_s, down_s = begins_s + climb_s, ends_s - descend_s
         many = int((ends_s - begins_s) / STEP_S) + 1
         even_s = np.linspace(begins_s, ends_s, many + 1)
-        time_s = np.unique(
-            np.concatenate([track.time_s, even_s, np.clip([up_s, down_s], begins_s, ends_s)])
-        )
-        share = [
-            np.clip((time_s - begins_s) / (up_s - begins_s), 0.0, 1.0)
-            if up_s > begins_s
-            else np.ones(len(time_s)),
-            np.clip((ends_s - time_s) / (ends_s - down_s), 0.0, 1.0)
-            if down_s < ends_s
-            else np.ones(len(time_s)),
-        ]
-        height_m = uav.altitude_m * np.minimum(*share)
-        after_s, xy_m = time_s - begins_s, track.xy(time_s)
+        bends_s = np.clip([*track.time_s, up_s, down_s], begins_s, ends_s)
+        time_s = np.union1d(even_s, bends_s)
+        after_s, left_s, xy_m = time_s - begins_s, ends_s - time_s, track.xy(time_s)
+        share = np.minimum(_ramp(after_s, climb_s), _ramp(left_s, descend_s))
+        low_m = height_m * np.minimum(share[:-1], share[1:])
+        high_m = height_m * np.maximum(share[:-1], share[1:])
         return cls(
             begins_s + (1.0 - MISTIMED) * after_s[:-1],
             begins_s + (1.0 + MISTIMED) * after_s[1:],
             np.stack([xy_m[:-1], xy_m[1:]]),
-            np.minimum(height_m[:-1], height_m[1:]),
-            np.maximum(height_m[:-1], height_m[1:]),
+            low_m,
+            high_m,
         )
 
     def later(self, by_s: float) -> "Course":
         """Return the same flight begun later."""
         return replace(self, from_s=self.from_s + by_s, to_s=self.to_s + by_s)
+
+
+def course_of(track: Track, uav: Uav) -> Course:
+    """Return the course of a UAV along a track that begins on the ground."""
+    if uav.aircraft is None:
+        return Course.of(track, uav.altitude_m, 0.0, 0.0)
+    law = uav.aircraft.law
+    lands_s = 0.0 if uav.return_to_m is None else law.descend_s
+    return Course.of(track, law.altitude_m, law.climb_s, lands_s)
+
+
+def _ramp(time_s: Floats, lasts_s: float) -> Floats:
+    """Return which share of its height a UAV has a time after, or before, it is on the ground."""
+    return np.clip(time_s / lasts_s, 0.0, 1.0) if lasts_s > 0.0 else np.ones(len(time_s))
 
 
 def too_near_s(one: Course, other: Course) -> float | None:

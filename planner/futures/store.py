@@ -40,7 +40,7 @@ from planner.locks import held
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import dictionary, read_table, write_table
-from planner.provenance import version_of
+from planner.provenance import sha256_of_file, sha256_of_json, version_of
 
 log = logging.getLogger(__name__)
 
@@ -55,12 +55,20 @@ DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Futures with what is known of each particle, and the file that holds them."""
+    """Futures with what is known of each particle, and the files that hold them."""
 
     path: Path
     futures: Futures
     speed_mps: tuple[float, ...]  # (N,) on the first road; NaN where unknown
     route: tuple[str, ...]  # (N,) edge names with a space between; empty where unknown
+    others: tuple[Path, ...] = ()  # further files, one after the other
+
+    @property
+    def sha256(self) -> str:
+        """The digest of the file's bytes; of several files that of their digests."""
+        if not self.others:
+            return sha256_of_file(self.path)
+        return sha256_of_json({"": [sha256_of_file(path) for path in (self.path, *self.others)]})
 
 
 def recorded(

@@ -15,9 +15,15 @@ from planner.search.problem import Problem
 
 
 def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Problem:
-    """Return the problem that a plan answers: it takes off when the plan does."""
+    """Return the problem that a plan answers: its UAVs take off when they do in the plan."""
     problem = problem_of(opened, futures)
-    return problem.replace(uav=replace(problem.uav, take_off_s=plan.take_off_s))
+    first_s = {number: uav.take_off_s for number, uav in enumerate(problem.uavs)}
+    for flight, track in reversed(list(zip(plan.flights, plan.tracks, strict=True))):
+        first_s[flight.uav] = float(track.time_s[0])
+    uav, *others = (
+        replace(uav, take_off_s=first_s[number]) for number, uav in enumerate(problem.uavs)
+    )
+    return problem.replace(uav=uav, others=tuple(others))
 
 
 def bounds_of_sets(

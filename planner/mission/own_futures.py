@@ -1,25 +1,39 @@
-"""Futures that a user brings: those to plan on, and those kept out to evaluate the plan on."""
+"""Futures that a user brings: those to plan on, and those kept out to evaluate the plan on.
 
+Several files are several days, each as likely as any other. Vehicles of one day, or of one
+realisation of traffic, meet the same queues: these are kept out whole, where there are enough.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from planner.arrays import Offsets
+from planner.futures.futures import Futures
+from planner.futures.kept import joined
 from planner.futures.store import Recording, read_recording
 from planner.mission.opening import OpenScenario
 from planner.streams import stream
 
 KEPT_OUT = 0.2  # share of the vehicles that no planner sees
 ENOUGH = 100  # vehicles from which on some are kept out
+ENOUGH_FILES = 3  # from which on these are kept out in place of vehicles
 
 
 @dataclass(frozen=True)
 class OwnFutures:
-    """A file of futures, and which of its times is the scenario's time 0."""
+    """Files of futures, and which of their times is the scenario's time 0."""
 
     path: Path
-    begin_s: float | None = None  # seconds on the file's clock; None: its own time 0
+    begin_s: float | None = None  # seconds on the files' clock; None: their own time 0
+    others: tuple[Path, ...] = ()  # further files
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """All files."""
+        return self.path, *self.others
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,28 +47,58 @@ class Split:
 def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     """Return a user's futures in two parts: the same ones for the same scenario seed.
 
-    What rode in traffic is parted by its realisations: vehicles of one queue behind each other, and
-    a plan that knows some of them knows where the others are.
-
     Raises
     ------
     InputError
         As `planner.futures.store.read_recording`.
     """
     search = opened.scenario.search
-    recording = read_recording(
-        own.path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s
-    )
-    fates = recording.futures.fates
-    many = len(recording.futures)
-    group = np.arange(many) if fates is None else fates.realisation
-    groups = np.unique(group)
-    if many < ENOUGH or len(groups) < 2:
+    days = [
+        read_recording(path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s)
+        for path in own.paths
+    ]
+    recording = _joined(days)
+    unit = _units(days, recording.futures)
+    units = np.unique(unit)
+    if (len(unit) < ENOUGH and len(days) < ENOUGH_FILES) or len(units) < 2:
         return Split(recording, None)
-    order = stream(search.seed, "kept out").permutation(len(groups))
-    spared = groups[order[: max(1, round(KEPT_OUT * len(groups)))]]
-    out = np.isin(group, spared)
+    order = stream(search.seed, "kept out").permutation(len(units))
+    spared = units[order[: max(1, round(KEPT_OUT * len(units)))]]
+    out = np.isin(unit, spared)
     return Split(*(_part(recording, np.flatnonzero(some)) for some in (~out, out)))
+
+
+def _units(days: Sequence[Recording], futures: Futures) -> Offsets:
+    """Return the unit that each vehicle is kept out with, (N,): its day, its realisation, itself.
+
+    Vehicles of one unit queue behind each other: who knows some knows where the others are.
+    """
+    if len(days) >= ENOUGH_FILES:
+        return np.repeat(np.arange(len(days)), [len(one.futures) for one in days])
+    if futures.fates is not None:
+        return futures.fates.realisation.astype(np.int64)
+    return np.arange(len(futures))
+
+
+def _joined(days: Sequence[Recording]) -> Recording:
+    """Return several recordings as one, each of which is as likely as any other."""
+    first, *others = days
+    if not others:
+        return first
+    futures = [one.futures for one in days]
+    together = replace(
+        joined(futures),
+        weight=np.concatenate([one.weight / len(days) for one in futures]),
+        gone=np.concatenate([one.gone for one in futures]),
+        target=np.concatenate([one.target for one in futures]),
+    )
+    return Recording(
+        path=first.path,
+        futures=together,
+        speed_mps=tuple(speed for one in days for speed in one.speed_mps),
+        route=tuple(route for one in days for route in one.route),
+        others=tuple(one.path for one in others),
+    )
 
 
 def _part(recording: Recording, particles: Offsets) -> Recording:

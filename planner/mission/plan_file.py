@@ -1,7 +1,7 @@
 """``plan.json``: the flight that alone reproduces every figure of a plan."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,16 @@ class StoredPlan:
     sensor: Sensor  # its radius and rate; when it is on stands in the tracks
     objective: Objective
     evaluated: Mapping[str, Any]  # its figures on fresh targets, as ``plan_content`` tells them
+
+    @property
+    def each(self) -> "tuple[StoredPlan, ...]":
+        """Each flight of the plan alone."""
+        plan = self.plan
+        flights = zip(plan.tracks, plan.legs, plan.flights, strict=True)
+        return tuple(
+            replace(self, plan=Plan(plan.method, (track,), (legs,), (flight,)))
+            for track, legs, flight in flights
+        )
 
 
 def write_plan(path: Path, content: Mapping[str, Any]) -> None:

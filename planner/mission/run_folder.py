@@ -1,6 +1,7 @@
 """The folder of a run: the names of its files, and the way back from them to the plan."""
 
 from collections.abc import Mapping
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -94,14 +95,25 @@ def own_futures(folder: Path) -> OwnFutures | None:
         If its record holds something else there.
     """
     record = record_of(folder)
-    found, begin_s = record.get(OWN_FUTURES), record.get(OWN_BEGIN)
-    if found is None:
+    keys = takewhile(lambda key: record.get(key) is not None, map(own_key, count()))
+    paths = [_there_now(folder / PROVENANCE, record, key) for key in keys]
+    if not paths:
         return None
-    if not (isinstance(found, str) and found.isprintable()):
-        raise InputError(f"{folder / PROVENANCE}: {OWN_FUTURES} is no path; plan again")
+    begin_s = record.get(OWN_BEGIN)
     if not (begin_s is None or isinstance(begin_s, int | float)):
         raise InputError(f"{folder / PROVENANCE}: {OWN_BEGIN} is no number; plan again")
-    return OwnFutures(there_now(folder / PROVENANCE, record, OWN_FUTURES), begin_s)
+    return OwnFutures(paths[0], begin_s, tuple(paths[1:]))
+
+
+def own_key(number: int) -> str:
+    """Return by which key a run's record names a file of --futures, from 0 on."""
+    return f"{OWN_FUTURES}_{number + 1}" if number else OWN_FUTURES
+
+
+def _there_now(run: Path, record: Mapping[str, Any], key: str) -> Path:
+    if not (isinstance(record[key], str) and record[key].isprintable()):
+        raise InputError(f"{run}: {key} is no path; plan again")
+    return there_now(run, record, key)
 
 
 def refuse_other_futures(folder: Path, recording: Recording) -> None:
@@ -116,7 +128,7 @@ def refuse_other_futures(folder: Path, recording: Recording) -> None:
 def is_planned_on(folder: Path, recording: Recording) -> bool:
     """Return whether a run was planned on the futures given."""
     sha256 = record_of(folder).get("sha256")
-    return isinstance(sha256, dict) and sha256.get("futures") == sha256_of_file(recording.path)
+    return isinstance(sha256, dict) and sha256.get("futures") == recording.sha256
 
 
 def hashes(
@@ -129,7 +141,7 @@ def hashes(
     scenario = opened.scenario
     return {
         "net": opened.network.sha256,
-        "futures": sha256_of_file(recording.path),
+        "futures": recording.sha256,
         "plan": sha256_of_json(content),
         "roads": sha256_of_net(opened.network),
         "motion": sha256_of_motion(recording.futures),
@@ -137,4 +149,5 @@ def hashes(
             f"airspace.{key}": sha256_of_file(scenario.folder / name)
             for key, name in scenario.airspace.files.items()
         },
+        **({} if opened.traffic is None else {"traffic": opened.traffic.digest}),
     }

@@ -19,6 +19,7 @@ from planner.streams import stream
 COVERED = 0.9  # of what is true, by what is believed
 SHARES = (1 / 8, 1 / 4, 1 / 2, 1.0)  # of the horizon, at which it is looked
 CHANCE = 0.05  # that any of the checks is off where nothing is
+ALIKE_M = 0.01  # those whose ways differ by less are as far as each other
 FEWEST = 20  # realisations of truths, for an interval worth having
 
 
@@ -186,8 +187,7 @@ class _Judge:
         """Return which truths are within the middle of the cloud, (T,), 1.0 or 0.0."""
         order = np.argsort(believed, kind="stable")
         below = np.concatenate(([0.0], np.cumsum(weight[order])))
-        at = np.searchsorted(believed[order], true, side="left")
-        upto = np.searchsorted(believed[order], true, side="right")
+        at, upto = np.searchsorted(believed[order], [true - ALIKE_M, true + ALIKE_M])
         # One more vehicle, the truth itself, is as likely as any of the particles.
         own = below[-1] / len(believed)
         rank = (below[at] + chance * (below[upto] - below[at] + own)) / (below[-1] + own)

@@ -52,16 +52,18 @@ def page(run: Shown) -> str:
 
 def _about(run: Shown) -> str:
     """Return one line on who searches, from when on."""
-    uav = run.problem.uav
+    uavs = run.problem.uavs
+    speeds = sorted({uav.speed_mps for uav in uavs})
     said = [
-        f"{counted(len(run.plan.tracks), 'drone')}, {uav.speed_mps:g} m/s",
+        f"{counted(len(uavs), 'drone')}, {' and '.join(f'{mps:g}' for mps in speeds)} m/s",
         f"sees {length(run.radius_m)}",
         f"takes off {run.clock.at(run.plan.take_off_s)}",
     ]
     if run.clock.sighted_at is not None:
         said.insert(0, f"last seen {run.clock.at(0.0)}")
-    if np.isfinite(uav.max_flight_time_s):
-        said.append(f"flies {uav.max_flight_time_s / 60:.3g} min at most")
+    longest_s = max(uav.max_flight_time_s for uav in uavs)
+    if np.isfinite(longest_s):
+        said.append(f"flies {longest_s / 60:.3g} min at most")
     return " · ".join(said)
 
 
@@ -109,8 +111,8 @@ def _methods(run: Shown) -> str:
 def _legs(run: Shown) -> str:
     """Return a table of legs for each UAV."""
     tables = []
-    for number, rows in enumerate(run.rows, 1):
-        name = "Flight" if len(run.rows) == 1 else f"Flight of drone {number}"
+    for called, rows in zip(run.plan.names, run.rows, strict=True):
+        name = "Flight" if len(run.rows) == 1 else called.replace("UAV", "Flight of drone", 1)
         head = "".join(f'<th scope="col">{cell}</th>' for cell in _head(run))
         body = "".join(_leg(run, order, row) for order, row in enumerate(rows, 1))
         tables.append(

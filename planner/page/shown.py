@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from planner.detection.chase import chased_alone
+from planner.detection.chase import chased_by_any
 from planner.detection.evaluation import Evaluation
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
@@ -53,15 +53,17 @@ class Shown:
     def curves(self) -> Mapping[str, Evaluation]:
         """All detection curves by name: the plan's, other flights', and what none surpasses."""
         mine, problem = self.evaluated, self.problem
-        at_best_s = chased_alone(self.fresh, problem.uav, problem.sensor)
+        at_best_s = chased_by_any(self.fresh, problem.uavs, problem.sensor)
         ceiling = Evaluation(at_best_s, mine.weight, mine.end_s, mine.objective)
         return {self.plan.method: mine, **self.compared, BEST_POSSIBLE: ceiling}
 
     @cached_property
     def rows(self) -> list[list[Row]]:
-        """The legs of each UAV."""
-        home_m, network = self.problem.uav.return_to_m, self.opened.network
+        """The legs of each flight."""
+        network, uavs = self.opened.network, self.problem.uavs
+        homes_m = [uavs[flight.uav].return_to_m for flight in self.plan.flights]
+        flown = zip(self.plan.tracks, self.plan.legs, homes_m, strict=True)
         return [
             rows_of(track, legs, network, home_m=home_m, radius_m=self.radius_m)
-            for track, legs in zip(self.plan.tracks, self.plan.legs, strict=True)
+            for track, legs, home_m in flown
         ]

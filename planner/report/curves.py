@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.detection.chase import chased_alone
+from planner.detection.chase import chased_by_any
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import left_unseen
 from planner.flight.pieces import flight_span
@@ -134,7 +134,7 @@ def _draw_limits(
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
         label = f"futures that leave the map unseen: {left[-1]:.0%}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
-    at_best_s = chased_alone(futures, problem.uav, problem.sensor)
+    at_best_s = chased_by_any(futures, problem.uavs, problem.sensor)
     ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}

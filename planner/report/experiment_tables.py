@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.detection.evaluation import Evaluation
 from planner.experiments.condition import Condition
 from planner.experiments.instances import Instance
+from planner.experiments.portable import Exported
 from planner.experiments.results import Row
 from planner.intervals import student_interval
 from planner.report.formats import Column, FittingTable, titled_table
@@ -159,6 +160,17 @@ def failures(rows: Sequence[Row]) -> list[str]:
         if row["reason"] is not None:
             count[row["reason"]] = count.get(row["reason"], 0) + 1
     return [f"{many} failed: {reason}" for reason, many in count.items()]
+
+
+def exported_table(exported: Sequence[Exported]) -> "Table":
+    """Return what was written for each instance."""
+    table = titled_table(f"{len(exported)} instances, {sum(e.megabytes for e in exported):.0f} MB")
+    for name in ("instance", "futures", "best known", "MB"):
+        table.add_column(name, justify="left" if name == "instance" else "right")
+    for one in exported:
+        cells = (f"{one.futures:,}", f"{one.best_s:,.1f} s", f"{one.megabytes:.1f}")
+        table.add_row(one.name, *cells)
+    return table
 
 
 def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":

@@ -9,7 +9,7 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
-from planner.mission.own_futures import ENOUGH
+from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
 from planner.report.tables import Fresh, MethodRow
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
@@ -89,13 +89,20 @@ def better_plan_follows(first: str, method: str, particles: int) -> str:
     )
 
 
-def own_futures_line(fresh: Fresh, many: int) -> str:
+def own_futures_line(fresh: Fresh, many: int, files: int) -> str:
     """Return what the targets are that a plan on a user's own futures is evaluated on."""
+    of_files = "the file" if files == 1 else f"{files} files"
+    if fresh.alike and files >= ENOUGH_FILES:
+        return f"evaluated on {many:,} vehicles, in files of which planning had none"
     if fresh.alike:
-        return f"evaluated on {many:,} vehicles of the file that were kept out of planning"
+        kept_out = f"evaluated on {many:,} vehicles of {of_files} that were kept out of planning"
+        return kept_out + (files > 1) * (
+            "; they met the queues that those met which it is planned on, and flatter the plan: "
+            f"of {ENOUGH_FILES} files or more whole ones are kept out"
+        )
     return (
-        f"there are no fresh targets of the file: with fewer than {ENOUGH} vehicles none are kept "
-        f"out; the {many:,} targets are drawn from the scenario's belief, which may differ"
+        f"there are no fresh targets of {of_files}: with fewer than {ENOUGH} vehicles none are "
+        f"kept out; the {many:,} targets are drawn from the scenario's belief, which may differ"
     )
 
 

@@ -13,10 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.detection.evaluate import evaluate
+from planner.detection.evaluate import evaluate_all
 from planner.detection.mistimed import Timing
+from planner.detection.survival import Searched
 from planner.flight.plan import FlownLeg, Plan, Sortie
-from planner.flight.separation import Course, delay_s
+from planner.flight.separation import Course, course_of, delay_s
 from planner.flight.track import Track
 from planner.search.beam import RewardToGo, is_small
 from planner.search.joint_beam import JointBeam, joint_orders
@@ -42,10 +43,15 @@ class Flight:
     track: Track
     legs: tuple[FlownLeg, ...]
 
+    @property
+    def searched(self) -> Searched:
+        """What it searches with."""
+        return Searched(self.track, self.problem.sensor)
+
     @cached_property
     def course(self) -> Course:
         """Where it may be when, for others to keep apart from."""
-        return Course.of(self.track, self.problem.uav)
+        return course_of(self.track, self.problem.uav)
 
     def later(self, by_s: float) -> "Flight":
         """Return the same flight begun later."""
@@ -136,9 +142,9 @@ class _Search:
     def _value_of(self, flights: Flights) -> float:
         problem = self._problems[0]
         holdout = problem.holdout or problem.futures
-        tracks = [flight.track for flight in flights]
-        seen_at = evaluate(tracks, holdout, problem.sensor, problem.objective).seen_at
-        return float(holdout.weight @ problem.objective.reward(seen_at))
+        searched = [flight.searched for flight in flights]
+        evaluation = evaluate_all(searched, holdout, problem.objective)
+        return float(holdout.weight @ evaluation.reward)
 
     def _allocated(self) -> Flights:
         """Return flights planned one by one, as they take off, each beside those before it."""
@@ -173,7 +179,7 @@ class _Search:
                 may_s = float(one.track.time_s[0]) - uav.swap_s - take_off_s + kept_s
                 lasts_s = min(uav.max_flight_time_s, max(0.0, may_s))
                 uav = replace(uav, max_flight_time_s=lasts_s)
-        problem = problem.replace(uav=uav, flown=tuple(one.track for one in others))
+        problem = problem.replace(uav=uav, flown=tuple(one.searched for one in others))
         work = max(1, int(share * self._budget.work))
         part = self._budget.part(work, after=self._done)
         found = self._planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
@@ -223,10 +229,13 @@ class _Search:
         orders, work = joint_orders(problems, beam, outlook, stop=self.log.stop)
         self._done += work
         legs_of = zip(problems, orders, strict=True)
-        alone = [plan_of_legs(problem, "", order).tracks[0] for problem, order in legs_of]
+        alone = [
+            Searched(plan_of_legs(problem, "", order).tracks[0], problem.sensor)
+            for problem, order in legs_of
+        ]
         flights = Flights()
         for number, (problem, order) in enumerate(zip(problems, orders, strict=True)):
-            flown = tuple(track for k, track in enumerate(alone) if k != number)
+            flown = tuple(one for k, one in enumerate(alone) if k != number)
             beside = problem.replace(flown=flown)
             plan = plan_of_legs(beside, self._method, with_patrol(beside, order))
             (track,), (legs,) = plan.tracks, plan.legs

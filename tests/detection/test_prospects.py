@@ -48,7 +48,7 @@ def test_who_has_left_by_when() -> None:
     )
     assert [gone_by(futures, time_s) for time_s in (300.0, 400.5, 1000.0)] == [0.0, 0.3, 0.3]
     uav = Uav(x_m=0.0, y_m=0.0, take_off_s=200.0, speed_mps=20.0)
-    found = prospects(futures, uav, Sensor(50.0), Objective(1000.0))
+    found = prospects(futures, [uav], Sensor(50.0), Objective(1000.0))
     assert found.gone_by == ((300.0, 0.0), (600.0, 0.3))
     assert found.many_leave
     # Ahead by 2,000 and 200 m at take-off; the UAV gains 10 and 19 m/s. The third: too late.

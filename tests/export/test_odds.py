@@ -108,7 +108,7 @@ def test_sumo_s_own_reader_takes_the_data_of_edges(tmp_path: Path) -> None:
 
 def test_maps_have_roads_and_clouds() -> None:
     odds = drawn(3)
-    text = geojson(flight_at(-33.9, 18.4), odds_features(odds))
+    text = geojson([flight_at(-33.9, 18.4)], odds_features(odds))
     read = geojson_package.loads(text)
     assert read.is_valid, read.errors()
     features = json.loads(text)["features"]

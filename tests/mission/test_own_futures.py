@@ -9,14 +9,23 @@ from planner.mission.own_futures import ENOUGH, OwnFutures, read_split
 from planner.parquet import write_table
 
 
-def recording(folder: Path, vehicles: int) -> OwnFutures:
+def days(folder: Path, vehicles: list[int]) -> OwnFutures:
+    """So many vehicles on each day, whose number is how far they are to the north."""
+    for day, many in enumerate(vehicles):
+        (folder / str(day)).mkdir(exist_ok=True)
+        recording(folder / str(day), many, y_m=float(day))
+    first, *others = (folder / str(day) / "futures.parquet" for day in range(len(vehicles)))
+    return OwnFutures(first, others=tuple(others))
+
+
+def recording(folder: Path, vehicles: int, y_m: float = 0.0) -> OwnFutures:
     """Vehicle k stands at k metres on the first road."""
     name = np.repeat(np.arange(vehicles), 2)
     columns = {
         "particle": name,
         "time_s": np.tile([0.0, 60.0], vehicles),
         "x_m": name.astype(float),
-        "y_m": np.zeros(2 * vehicles),
+        "y_m": np.full(2 * vehicles, y_m),
     }
     write_table(folder / "futures.parquet", columns, {})
     return OwnFutures(folder / "futures.parquet")
@@ -34,6 +43,40 @@ def test_a_fifth_of_the_vehicles_is_kept_out(tmp_path: Path) -> None:
         np.testing.assert_allclose(part.weight, 1 / len(part))
     again = read_split(OwnFutures(tmp_path / "futures.parquet"), opened)
     np.testing.assert_array_equal(again.planning.futures.x_m, planning.x_m)
+
+
+def test_files_are_equally_likely_days(tmp_path: Path) -> None:
+    own, opened = days(tmp_path, [30, 10]), open_scenario("figure3")
+    split = read_split(own, opened)
+    assert split.kept_out is None
+    weight, first = split.planning.futures.weight, split.planning.futures.first_knot[:-1]
+    day = split.planning.futures.y_m[first]
+    for number in (0, 1):
+        np.testing.assert_allclose(weight[day == number].sum(), 0.5)
+    assert split.planning.others == own.others
+
+
+def test_of_three_days_a_whole_one_is_kept_out(tmp_path: Path) -> None:
+    own = days(tmp_path, [5, 9, 4])
+    for seed in range(1, 5):
+        opened = open_scenario("figure3", overrides=[f"search.seed={seed}"])
+        split = read_split(own, opened)
+        assert split.kept_out is not None
+        planned, spared = (
+            set(part.futures.y_m.tolist()) for part in (split.planning, split.kept_out)
+        )
+        assert (len(planned), len(spared)) == (2, 1)
+        assert planned | spared == {0.0, 1.0, 2.0}
+        np.testing.assert_allclose(split.planning.futures.weight.sum(), 1.0)
+        np.testing.assert_allclose(split.kept_out.futures.weight.sum(), 1.0)
+
+
+def test_a_digest_of_files_is_of_each_of_them(tmp_path: Path) -> None:
+    own, opened = days(tmp_path, [2, 3]), open_scenario("figure3")
+    first = read_split(own, opened).planning.sha256
+    assert first != read_split(OwnFutures(own.path), opened).planning.sha256
+    days(tmp_path, [2, 4])
+    assert first != read_split(own, opened).planning.sha256
 
 
 def test_another_seed_keeps_out_others(tmp_path: Path) -> None:
