@@ -28,6 +28,7 @@ log = logging.getLogger(__name__)
 pytestmark = pytest.mark.traffic
 
 HORIZON_S = 1200.0
+JAM = 4500  # vehicles an hour, which this net cannot take
 TOLERANCE_M = 5.0
 
 
@@ -66,7 +67,7 @@ def watched(
 
 def test_a_jam_stays_a_jam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No more cars arrive with riders than without: none drives through a queue."""
-    opened = berlin(3000)
+    opened = berlin(JAM)
     assert opened.traffic is not None
     some = vehicles(opened, 10, "jam")
     nobody = (replace(some[0], depart_s=1e6),)
@@ -179,6 +180,6 @@ def test_a_belief_in_traffic_covers_unseen_traffic() -> None:
 
 
 def test_a_belief_in_free_driving_is_found_out_in_a_jam() -> None:
-    found = coverage(berlin(3000, "target.driving=free", "search.particles=400"))
+    found = coverage(berlin(JAM, "target.driving=free", "search.particles=400"))
     assert found.is_off
     assert min(check.covered for check in found.checks) < 0.85
