@@ -52,8 +52,7 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     """
     if problem.sensor.is_perfect:
         return _best(problem, budget, rng)
-    perfect = problem.replace(sensor=replace(problem.sensor, rate_per_s=np.inf))
-    blind = _best(perfect, budget, rng)
+    blind = _best(problem.replace(sensor=problem.sensor.without_misses), budget, rng)
     done = blind.work or 0
     part = replace(budget.part(int(FOR_MISSES * budget.work), after=done), free=budget.free)
     own = _best(problem, part, rng)
