@@ -117,7 +117,7 @@ class Mission:
         known = with_news(self.opened.news, news, same_source=same_source)
         found = resumed(self.opened, self.plan, standing, known)
         if not insist:
-            refuse_unlikely_reports(found.opened, self._believed(), news)
+            refuse_unlikely_reports(found.opened, self.believed(), news)
         return found
 
     def planned(
@@ -135,11 +135,11 @@ class Mission:
             self.flown = more if self.flown is None else self.flown.then(more)
         self.recorder, self.plan = self.recorder.now(going_on.opened), plan
 
+    def believed(self) -> Futures:
+        """Return the particles that are planned on, as believed before any news."""
+        return self.recorder.now(without_news(self.opened)).planning().futures
+
     def _particles(self, recorder: Recorder, method: Method) -> tuple[Futures, Futures | None]:
         """Return the particles to plan on, and those to choose on."""
         needs = needs_holdout(method, recorder.opened)
         return recorder.planning().futures, recorder.holdout().futures if needs else None
-
-    def _believed(self) -> Futures:
-        """Return the particles that are planned on, as believed before any news."""
-        return self.recorder.now(without_news(self.opened)).planning().futures

@@ -25,10 +25,10 @@ from planner.mission.trial import Attempt, attempted
 from planner.scenario.news import News, NewsSection, ReportNews
 from planner.scenario.uav_values import InAir, PointStart
 from planner.search.anneal_waypoints import waypoints_of
-from planner.search.beam import holdout_value
 from planner.search.methods import Method
 from planner.search.plan import plan_of_legs, plan_of_waypoints
 from planner.search.problem import Budget, Problem
+from planner.search.sightings import holdout_value
 
 
 @dataclass(frozen=True)
