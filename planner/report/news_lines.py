@@ -1,10 +1,15 @@
 """What is said of a flight that was planned anew."""
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
+from planner.mission.ask import Worth
 from planner.mission.follow import EVERY_S, contact
 from planner.mission.replan import Replanned
+from planner.report.formats import Column, FittingTable
 
 
 def verdict(found: Replanned, lead: Ahead) -> str:
@@ -35,3 +40,27 @@ def contact_line(planned: Evaluation, waiting: Evaluation) -> str:
         f"if it is lost like this again, each time after {EVERY_S / 60:g} min in sight, it is seen "
         f"{contact(planned):.0%} of the time; {contact(waiting):.0%} by waiting where it was lost"
     )
+
+
+def worth_blocks(found: Sequence[Worth], most_s: float, targets: int) -> Iterator[Any]:
+    """Yield which questions are worth asking, and what no answer can exceed."""
+    shown = [one for one in found if one.is_worth_asking]
+    if shown:
+        table = FittingTable(
+            f"what an answer saves, on {targets:,} fresh targets",
+            (
+                Column("question", left=True, wraps=True),
+                Column("saves"),
+                Column("95 %\ninterval", rank=1),
+                Column("answers", left=True, wraps=True, rank=2),
+            ),
+        )
+        for one in shown:
+            answers = zip(one.question.answers, one.likely, strict=True)
+            said = ", ".join(f"{name} {share:.0%}" for name, share in answers)
+            interval = f"{one.low_s:,.0f} .. {one.high_s:,.0f} s"
+            table.add_row(one.question.asked, f"{one.saves_s:,.0f} s", interval, said)
+        yield table
+    else:
+        yield f"no question is worth asking: none of {len(found)} surely saves anything"
+    yield f"no answer can save more than {most_s:,.0f} s: then the target would be flown to at once"
