@@ -19,10 +19,11 @@ from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
+from planner.futures.none import NO_TARGETS
 from planner.intervals import student_interval
 from planner.mission.online import Mission, Remembering
 from planner.mission.recorder import problem_of
-from planner.mission.replan import Standing, nobody
+from planner.mission.replan import Standing
 from planner.search.methods import Method
 
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
@@ -79,7 +80,7 @@ def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, an
     anew
         Whether it is planned anew after each; else the plan is flown later.
     """
-    problem = problem_of(mission.opened, nobody())
+    problem = problem_of(mission.opened, NO_TARGETS)
     now_s, horizon_s = problem.uav.at_height.take_off_s, problem.objective.horizon_s
     for gap_s in gaps_s:
         now_s += gap_s
@@ -122,7 +123,7 @@ def compared(
 
 
 def _evaluated(mission: Mission, track: Track, targets: Futures) -> Evaluation:
-    problem = problem_of(mission.opened, nobody())
+    problem = problem_of(mission.opened, NO_TARGETS)
     return evaluate((track,), targets, problem.sensor, problem.objective)
 
 

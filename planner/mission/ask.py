@@ -17,12 +17,13 @@ from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.flight.track import Track
 from planner.futures.futures import Futures
+from planner.futures.none import NO_TARGETS
 from planner.intervals import half_width
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.questions import Question
 from planner.mission.recorder import budget_of, needs_holdout, problem_of
-from planner.mission.replan import Resumed, nobody, replanned
+from planner.mission.replan import Resumed, replanned
 from planner.search.methods import Method
 
 WORK = 0.25  # of the scenario's work that goes into the plan for each answer
@@ -83,7 +84,7 @@ def ask(
 
 def most_s(going_on: Resumed, targets: Futures) -> float:
     """Return the seconds that no answer can save more of: with them each target is chased alone."""
-    problem = problem_of(going_on.opened, nobody())
+    problem = problem_of(going_on.opened, NO_TARGETS)
     chased_s = chased_alone(targets, problem.uav, problem.sensor)
     best = Evaluation(chased_s, targets.weight, targets.end_s, problem.objective)
     flown = _times(going_on.opened, going_on.incumbent.tracks, targets)
@@ -130,7 +131,7 @@ def _planned(
 
 
 def _times(opened: OpenScenario, tracks: Sequence[Track], targets: Futures) -> Floats:
-    problem = problem_of(opened, nobody())
+    problem = problem_of(opened, NO_TARGETS)
     return evaluate(tracks, targets, problem.sensor, problem.objective).time_s
 
 

@@ -1,11 +1,11 @@
 """A mission in the air, held in memory: it hears news and plans anew at once."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from planner.belief.mixture import Belief
-from planner.belief.sampling import Sampling
+from planner.belief.recipe import Drawn, OneTarget
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -39,20 +39,13 @@ class Remembering(Recorder):
         """Return the same for a scenario that differs in the UAV and in news only."""
         return replace(self, opened=opened)
 
-    def _drawn(
-        self,
-        prior: Belief,
-        n: int,
-        name: Sequence[str | int],
-        *,
-        sampling: Sampling = "iid",
-        seed: int | None = None,
-        note: Note | None = None,
+    def _recorded(
+        self, recipe: Drawn | OneTarget, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
-        key = (prior is self.opened.prior, n, tuple(name), sampling, seed)
+        many = recipe.count if isinstance(recipe, Drawn) else 1
+        key = many, json.dumps(described, sort_keys=True)
         if key not in self.memory:
-            how: Any = {"sampling": sampling, "seed": seed, "note": note}
-            self.memory[key] = super()._drawn(prior, n, name, **how)
+            self.memory[key] = super()._recorded(recipe, described, note)
         found: Recording = self.memory[key]
         return found
 

@@ -8,6 +8,7 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
 from planner.mission.ask import Worth
 from planner.mission.follow import EVERY_S, contact
+from planner.mission.live import Offer
 from planner.mission.replan import Replanned
 from planner.report.formats import Column, FittingTable
 
@@ -32,6 +33,16 @@ def saving(found: Replanned, lead: Ahead) -> str:
     if found.problem.objective.by_s is not None:
         return f"a new plan, which finds {gain} more than the one there was"
     return f"a new plan; of the time still to come it saves {gain}"
+
+
+def offer_line(offer: Offer) -> str:
+    """Return what is said of a plan that could be flown."""
+    took = f"{offer.took_s:.1f} s, by {offer.found.attempt.method}"
+    if offer.wrong:
+        return f"the plan there was stands ({took}): {'; '.join(offer.wrong)}"
+    if offer.found.is_kept:
+        return f"the plan there was goes on ({took}): nothing better was found"
+    return f"from {clock(offer.going_on.at_s)} ({took}): {saving(offer.found, offer.found.lead)}"
 
 
 def contact_line(planned: Evaluation, waiting: Evaluation) -> str:

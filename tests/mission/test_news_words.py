@@ -80,7 +80,30 @@ def test_times(said: Any, seconds: float) -> None:
         ({"kind": "report", "place": NODE, "sure": 1}, "at: is missing"),
         ({"kind": "report", "place": 7, "at": 1, "sure": 1}, "place: should be a place in words"),
         ({"kind": "report", "place": NODE, "at": 1, "sure": 1, "insist": 1}, "insist: should be"),
-        ({"kind": "found", "target": -1}, "target: should be at least 0"),
+        ({"kind": "found", "target": -1}, "target: should be at least 0, not -1; give which"),
+        ({"kind": "found", "target": 3}, "target: 3 is none of the targets; there is one"),
+        ({"kind": "found", "target": "a"}, "target: should be a whole number, .*; give which"),
+        ({"kind": ["report"]}, "kind: .* is no kind of news"),
+        ({"kind": "uav", "place": {"x_m": "abc", "y_m": 1}}, "place.x_m: should be a number"),
+        ({"kind": "uav", "place": {"x_m": None, "y_m": 1}}, "place.x_m: should be a number"),
+        (f"seen at {NODE} at 14:20, 1..2 % sure", "is no news that is understood"),
+        ({"kind": "report", "place": NODE, "at": 1, "sure": "1.2.3 %"}, "sure: should be a prob"),
+        ({"kind": "report", "place": NODE, "at": 1, "sure": "."}, "sure: should be a prob"),
+        ({"kind": "report", "place": NODE, "at": 1, "sure": 1, "radius_m": []}, "radius_m: should"),
+        ({"kind": "delay", "lasts": float("inf")}, "lasts: should be a number"),
+        (
+            {"kind": "searched", "waypoints": [[5, 0, 0], [1, 0, 0]], "radius_m": 5},
+            "waypoints: go back in time",
+        ),
+        (
+            {
+                "kind": "searched",
+                "waypoints": [[0, 0, 0], [9, 0, 0]],
+                "sensor_on": [[5, 1]],
+                "radius_m": 5,
+            },
+            "sensor_on: goes back in time",
+        ),
     ],
 )
 def test_what_means_nothing_is_refused(line: Any, fault: str) -> None:

@@ -25,11 +25,12 @@ from planner import (
     sample,
     stream,
 )
+from planner.futures.none import NO_TARGETS
 from planner.intervals import student_interval
 from planner.mission.alarms import Alarms, Compared, compared, with_alarms
 from planner.mission.news import given
 from planner.mission.online import Mission, Remembering
-from planner.mission.replan import Standing, nobody
+from planner.mission.replan import Standing
 from planner.scenario.news import ReportNews
 from planner.scenario.uav_values import PointStart
 
@@ -52,7 +53,7 @@ class Flight:
         self.opened = open_scenario(GRID, overrides=overrides)
         self.recorder, self.method = Remembering(self.opened, 1), method_named("best")
         self.targets = fresh(self.opened, targets, moved)
-        self.problem = problem_of(self.opened, nobody())
+        self.problem = problem_of(self.opened, NO_TARGETS)
         self.plan = self.mission(Plan("", (), ())).made().plan
 
     def mission(self, plan: Plan | None = None) -> Mission:
