@@ -25,6 +25,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
@@ -35,7 +36,7 @@ from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.messages import counted
-from planner.mission import certificate_file, run_folder
+from planner.mission import certificate_file, certify, run_folder
 from planner.mission.now_events import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
@@ -157,8 +158,10 @@ def write_replanned(
     found: Replanned,
     planning: Recording,
     parent: Mapping[str, Any],
-) -> tuple[tables.MethodRow, Futures]:
-    """Write the run of what is left of another one; return what it is worth, and on which targets.
+) -> tuple[tables.MethodRow, Evaluation, Futures]:
+    """Write the run of what is left of another one.
+
+    Returns its row in a table, what it is worth on fresh targets, and these.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ def write_replanned(
     whole = _evaluated(arguments, targets, planned, None)
     if folder is not None:
         _write_all(folder, arguments, targets, whole, watch)
-    return whole.row, whole.met
+    return whole.row, whole.trial.evaluated, whole.met
 
 
 def _write_all(
@@ -272,6 +275,7 @@ def _planned(
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
+                certify.refuse_fleet(plan)
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
                     jobs = arguments.jobs
                     bounding = Bounding(interrupted, arguments.gap, limit_s, workers=jobs)
@@ -338,6 +342,13 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
+    yield from filter(
+        None,
+        (
+            sentences.as_if_perfect({found.row.method: trial.evaluated}),
+            sentences.hidden_line(opened.scenario.truth.hidden),
+        ),
+    )
     yield from _hints(found, own=own is not None)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
