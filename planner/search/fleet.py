@@ -2,9 +2,8 @@
 
 What a flight is worth beside others adds up: `Problem.flown` says what they leave, and any planner
 of one flight plans given those. So flights are allocated one by one; a joint beam finds what this
-misses, as the first one takes what is best alone; and both get better flight by flight, until no
-flight alone makes them better. Which plan is best, other particles say that had no part in making
-any.
+misses, as the first one takes what is best alone; and the better plan gets better flight by flight,
+until no flight alone makes it better. Which plan is best, particles say that made none of them.
 """
 
 from collections.abc import Sequence
@@ -28,10 +27,10 @@ from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
 
 # Tuned on grid5x5 alone, from 60, 120 and 300 km, with two to four UAVs.
-JOINT = (JointBeam(200, 1300), JointBeam(100, 1300), JointBeam(400, 3000))
-PER_FLIGHT = 0.5  # share of the work for the first plan of each flight
-AGAIN = 0.25  # share of the work for a flight that is planned again
-ROUNDS = 4  # in which each flight is planned again, at most
+JOINT = (JointBeam(200, 1300), JointBeam(300, 2000))  # the second learns from the first
+FIRST = 0.5  # share of the work for the first plans of all flights
+AGAIN = 0.2  # share of the work for planning all flights again, once
+ROUNDS = 2  # in which each flight is planned again, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,14 +110,12 @@ class _Search:
         self._choose(self._allocated())
 
     def improve(self) -> None:
-        """Plan all flights at once, and in each of the plans every flight again."""
-        self._choose(self._improved(self._best))
+        """Plan all flights at once where that can be, and every flight of the best plan again."""
         for beam in JOINT if self._can_fly_together() else ():
             if self.log.stop():
-                break
-            flights = self._together(beam, self._best)
-            self._choose(flights)
-            self._choose(self._improved(flights))
+                return
+            self._choose(self._together(beam, self._best))
+        self._choose(self._improved(self._best))
 
     def _choose(self, flights: Flights) -> None:
         """Keep a plan if it is the best so far on the particles that plans are chosen on."""
@@ -158,7 +155,7 @@ class _Search:
             waiting.remove((take_off_s, sortie))
             if take_off_s >= ends_s and flights:
                 continue
-            planned = self._apart(self._planned(sortie, take_off_s, flights, PER_FLIGHT), flights)
+            planned = self._apart(self._planned(sortie, take_off_s, flights, FIRST), flights)
             flights += (planned,)
             uav = self._problems[sortie.uav].uav
             if sortie.number + 1 < uav.sorties:
@@ -171,7 +168,8 @@ class _Search:
         uav = self._uav(sortie, take_off_s, others)
         flown = tuple(one.searched for one in others)
         problem = self._problems[sortie.uav].replace(uav=uav, flown=flown)
-        work = max(1, int(share * self._budget.work))
+        flights = sum(one.uav.sorties for one in self._problems)
+        work = max(1, int(share * self._budget.work / flights))
         part = self._budget.part(work, after=self._done)
         found = self._planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
         self._done += found.work or 0
