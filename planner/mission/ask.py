@@ -22,7 +22,7 @@ from planner.intervals import half_width
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.questions import Question
-from planner.mission.recorder import budget_of, needs_holdout, problem_of
+from planner.mission.recorder import budget_of, holdout_for, problem_of
 from planner.mission.replan import Resumed, replanned
 from planner.search.methods import Method
 
@@ -121,7 +121,7 @@ def _planned(
         opened, recorder.workers, memory=recorder.memory, question=question, answer=answer
     )
     planning = known.planning().futures
-    holdout = known.holdout().futures if needs_holdout(method, opened) else None
+    holdout = holdout_for(method, known)
     if min(len(planning), len(planning if holdout is None else holdout)) < 2:
         return going_on.incumbent.tracks
     budget = budget_of(opened)
