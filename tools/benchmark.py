@@ -172,6 +172,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Figure]]] = {
 
 PROGRAMS = (
     "call",
+    "online",
     "search",
     "certificate",
     "futures-towns",

@@ -28,7 +28,7 @@ from planner.flight.legs import leg_names
 from planner.mission.recorder import budget_of, problem_of
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.toml_text import toml_text
-from planner.search.beam import holdout_value
+from planner.search.sightings import holdout_value
 
 HEADER = """\
 # Search problems to compare methods on: `planner compare --instances` plans for each of them with

@@ -78,6 +78,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     if problem.start is not None:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
+    if not problem.sensor.is_perfect:
+        raise NotApplicableError("there is no bound yet for a sensor that may miss")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None

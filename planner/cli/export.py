@@ -253,7 +253,8 @@ def _worth(
     planned, written = flown(stored.plan.tracks), flown(tracks)
     on_s = [track.sensor_on for track in tracks]
     from_s, to_s = min(float(one.min()) for one in on_s), max(float(one.max()) for one in on_s)
-    odds = Odds(truth, written[0].evaluation.seen_at, flights[0].network, from_s, to_s)
+    made = written[0].evaluation
+    odds = Odds(truth, made.seen_at, flights[0].network, from_s, to_s, made.survival)
     alone: list[Flown | None] = [None] * len(tracks)
     if any(line is not None for line in lines):
         held = flown([line or track for track, line in zip(tracks, lines, strict=True)])

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, Offsets, first_rows, freeze, rows_taken
+from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, first_rows, freeze, rows_taken
 from planner.checked import number
 from planner.detection.first_detection import columns
 from planner.detection.kernels.closest_approach import PathColumns
@@ -56,9 +56,14 @@ class Survival(Frozen):
         moments: Floats = np.array(np.broadcast_to(time_s, len(self)), dtype=np.float64)
         return np.asarray(each_unseen_at(self.columns, moments))
 
-    def lasts_s(self, until_s: float) -> Floats:
-        """Return E[min(time seen, until)] of each, (N,) seconds."""
-        return np.asarray(each_lasts(self.columns, float(until_s)))
+    def lasts_s(self, until_s: Floats | float, particle: Ints | None = None) -> Floats:
+        """Return E[min(time seen, until)] of each, or of some in any order, (N,) or (m,) seconds.
+
+        The time is each one's own, or one for all.
+        """
+        some = np.arange(len(self)) if particle is None else particle
+        moments: Floats = np.array(np.broadcast_to(until_s, len(some)), dtype=np.float64)
+        return np.asarray(each_lasts(self.columns, some.astype(np.int64), moments))
 
     def falls_to(self, share: float) -> Floats:
         """Return when each is unseen with no more than a probability, (N,) seconds, inf: never."""
@@ -97,26 +102,26 @@ def contacts(futures: Futures, track: Track, radius_m: float) -> ContactColumns:
 
 def survival(futures: Futures, searched: Sequence[Searched]) -> Survival:
     """Return how probably each particle stays unseen by flights, which may overlap in time."""
+    return Survival(*survival_of(*contacts_of_all(futures, searched)))
+
+
+def contacts_of_all(
+    futures: Futures, searched: Sequence[Searched]
+) -> tuple[ContactColumns, Floats]:
+    """Return the contacts of several flights by particle and time, and the rate of each."""
+    many, none = len(futures), np.empty(0)
     parts = [contacts(futures, flight.track, flight.sensor.radius_m) for flight in searched]
     rates = [
         np.full(len(part.from_s), flight.sensor.rate_per_s)
         for part, flight in zip(parts, searched, strict=True)
     ]
-    return Survival(*survival_of(*_joined(parts, rates, len(futures))))
-
-
-def _joined(
-    parts: Sequence[ContactColumns], rates: Sequence[Floats], many: int
-) -> tuple[ContactColumns, Floats]:
-    """Return the contacts of several flights by particle, and the rate of each."""
     if len(parts) == 1:
         return parts[0], rates[0]
-    nobody = np.empty(0)
-    who = [np.repeat(np.arange(many), np.diff(part.first)) for part in parts]
-    order = np.argsort(np.concatenate([np.empty(0, int), *who]), kind="stable")
-    counts = sum((np.diff(part.first) for part in parts), np.zeros(many, np.int64))
     from_s, to_s, rate = (
-        np.concatenate([nobody, *columns])[order]
+        np.concatenate([none, *columns])
         for columns in ([part.from_s for part in parts], [part.to_s for part in parts], rates)
     )
-    return ContactColumns(first_rows(counts), from_s, to_s), rate
+    particle = [np.repeat(np.arange(many), np.diff(part.first)) for part in parts]
+    who = np.concatenate([np.empty(0, dtype=np.int64), *particle])
+    order, first = np.lexsort((from_s, who)), first_rows(np.bincount(who, minlength=many))
+    return ContactColumns(first, from_s[order], to_s[order]), rate[order]

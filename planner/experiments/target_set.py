@@ -19,7 +19,7 @@ class TargetSet:
     route: str = ""  # edges with a space between, of the one route; empty: all
     points: int = POINTS
     parks: bool = False  # stops for good on the way, anywhere on it
-    detects: float = 1.0  # probability that a look sees a target within the radius
+    detects: float = 1.0  # as `sensor.detects`, in place of the scenario's if it is below 1
     by_route: bool = False  # keep the figures of each route
 
     def as_dict(self) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from planner.belief.distribution import Distribution, Listed
 from planner.belief.mixture import Mixture
 from planner.belief.particles import Particles
 from planner.belief.recipe import Drawn
+from planner.detection.evaluate import evaluate
+from planner.detection.sensor import rate_of
 from planner.errors import InputError
 from planner.experiments.condition import Condition
-from planner.experiments.looks import looked
 from planner.experiments.target_set import POINTS, TargetSet
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
@@ -110,24 +111,21 @@ def figures_on(condition: Condition, problem: Problem, plan: Plan) -> dict[str, 
 def _figures(
     target_set: TargetSet, targets: RecordedTargets, problem: Problem, plan: Plan
 ) -> dict[str, Any]:
-    seen = looked(targets.futures, plan.tracks, problem.sensor, target_set.detects)
-    weight, horizon_s = targets.futures.weight, problem.horizon_s
-    time_s = seen.time_s(horizon_s)
-    absent = max(0.0, 1.0 - float(weight.sum()))
-    found = seen.found_by(np.full(len(weight), horizon_s))
-    goal_s = np.minimum(targets.futures.end_s, np.nextafter(horizon_s, np.inf))
-    before = seen.found_by(goal_s, strict=True)
+    sensor = problem.sensor
+    if target_set.detects < 1.0:
+        rate_per_s = rate_of(target_set.detects, sensor.radius_m, float(problem.uav.speed_mps))
+        sensor = replace(sensor, rate_per_s=rate_per_s)
+    evaluated = evaluate(plan.tracks, targets.futures, sensor, problem.objective)
     figures: dict[str, Any] = {
-        "expected_detection_time_s": float(weight @ time_s) + absent * horizon_s,
-        "detection_probability": min(1.0, float(weight @ found)),
-        "found_before_goal_probability": min(1.0, float(weight @ before)),
+        "expected_detection_time_s": evaluated.expected_detection_time_s,
+        "detection_probability": evaluated.detection_probability,
+        "found_before_goal_probability": evaluated.found_before_goal_probability,
         "goal_s": [float(targets.futures.end_s.min()), float(targets.futures.end_s.max())],
     }
     if problem.objective.by_s is not None:
-        by = seen.found_by(np.full(len(weight), problem.objective.by_s))
-        figures["found_by_probability"] = min(1.0, float(weight @ by))
+        figures["found_by_probability"] = evaluated.figure
     if target_set.by_route:
-        figures["routes"] = _by_route(targets.route, weight, time_s)
+        figures["routes"] = _by_route(targets.route, evaluated.weight, evaluated.time_s)
     return figures
 
 

@@ -42,7 +42,7 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
     yield from _battery(run)
     home, first = run.flight.waypoints[:2]
     away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
-    if away_m > FAR_M and not run.by_hand:
+    if away_m > FAR_M and not run.by_hand and run.flight.launch is None:
         yield (
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"
@@ -75,7 +75,7 @@ def _aircraft(run: RunFlight) -> Iterator[str]:
     at_once = [
         (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
         (law.climb_mps, "climb_mps", "is at its height"),
-    ]
+    ][: 2 if run.flight.launch is None else 1]
     for rate, key, what in at_once:
         if rate == inf:
             yield f"uav.{key}: is not given, and no aircraft {what} at once; give it"

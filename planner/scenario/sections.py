@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.areas import Area
+from planner.scenario.news import NewsSection
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
 from planner.scenario.traffic import TrafficSection
@@ -291,6 +292,7 @@ SECTIONS: dict[str, type[Section]] = {
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
+    "news": NewsSection,
 }
 
 
@@ -310,6 +312,7 @@ class Scenario:
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
+    news: NewsSection
     others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
 
     @property
@@ -343,7 +346,7 @@ class Scenario:
             plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
         silent = [
             key
-            for key in ("airspace", "traffic", "futures")
+            for key in ("airspace", "traffic", "futures", "news")
             if getattr(self, key) == SECTIONS[key]()
         ]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}

@@ -16,7 +16,7 @@ from planner.flight.drawn_line import stops_of
 from planner.flight.legs import unit
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.progress import silent
-from planner.search.beam import beam, holdout_value
+from planner.search.beam import beam
 from planner.search.kernels.anneal import (
     BEST_MANY,
     TAKEN,
@@ -33,15 +33,16 @@ from planner.search.kernels.waypoints import (
     SEEN,
     Bar,
     Change,
+    FirstSightings,
     Unseen,
     WaypointFlight,
     sweep,
 )
-from planner.search.kernels.what_if import FirstSightings
 from planner.search.patrol import patrol
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
+from planner.search.sightings import holdout_value
 from planner.search.waypoint_rewards import surroundings
 from planner.search.what_if import WhatIf
 

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.evaluate import evaluate
-from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.search.fastest import FEW
 from planner.search.kernels.beam import (
@@ -43,6 +41,7 @@ from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.random_order import random
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult
+from planner.search.sightings import holdout_value, seen_by
 from planner.search.state import SearchState
 from planner.search.stepwise import rate_of
 from planner.search.ways import ways_within
@@ -63,6 +62,9 @@ FIRST_LEGS = 128  # of more than a few, the most promising ones that orders begi
 RANDOM_ORDERS = 8  # that a beam has to beat
 
 
+ANY = 2**31  # orders from one node: as many as there are
+
+
 @dataclass(frozen=True)
 class Beam:
     """How a beam searches."""
@@ -70,6 +72,7 @@ class Beam:
     width: int  # orders that go on from each stretch of time
     reach_m: float = 0.0  # longest flight to the start of the next road; 0: it starts here
     bucket_s: float = BUCKET_S  # length of a stretch of time
+    per_node: int = ANY  # of those that go on, at most so many from the same node
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,18 +92,10 @@ class RewardToGo:
     def of_flights(cls, problem: Problem, tracks: Sequence[Track]) -> "RewardToGo":
         """Return what the sightings of flights together have brought after each time."""
         step_s = bucket_s(problem) / STEPS_PER_BUCKET
-        seen_at = evaluate(tracks, problem.futures, problem.sensor, problem.objective).seen_at
+        seen = seen_by(problem, tracks, problem.futures, problem.weight_at_start)
         first_s = problem.first_state.time_s
         times = np.arange(first_s, problem.objective.ends_s + 2 * step_s, step_s)
-        by_time = np.argsort(seen_at, kind="stable")
-        weight = problem.weight_at_start[by_time]
-        after = np.searchsorted(seen_at[by_time], times, side="right")
-        left, brings = (
-            np.append(np.cumsum(amount[::-1])[::-1], 0.0)[after]
-            for amount in (weight, weight * problem.objective.reward(seen_at[by_time]))
-        )
-        share = np.divide(brings, left, out=np.zeros(len(times)), where=left > 0.0)
-        return cls(share, float(first_s), step_s)
+        return cls(seen.brings(times), float(first_s), step_s)
 
 
 def beam(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
@@ -166,13 +161,6 @@ def near_m(problem: Problem) -> float:
     return max(roads_m, NEAR_RADII * float(problem.sensor.radius_m))
 
 
-def holdout_value(problem: Problem, plan: Plan) -> float:
-    """Return a plan's expected reward on the holdout particles, or on its own if there are none."""
-    holdout = problem.holdout or problem.futures
-    seen_at = evaluate(plan.tracks, holdout, problem.sensor, problem.objective).seen_at
-    return float(holdout.weight @ problem.objective.reward(seen_at))
-
-
 def beam_order(
     engine: WhatIf,
     beam: Beam,
@@ -208,7 +196,7 @@ def beam_order(
         if states.counts[FLIGHTS] >= most * per_unit or stop():
             break
         width = beam.width if small else _affordable(beam, number, states, most * per_unit)
-        bucket = Bucket(number, width, start.time_s, beam.bucket_s)
+        bucket = Bucket(number, width, beam.per_node, start.time_s, beam.bucket_s)
         states = grow(bucket, states, setting, to_go, flown)
     order, state = [], int(states.counts[BEST])
     while state >= 0:
@@ -242,20 +230,33 @@ def _first_states(
     flights = engine.fly(start, _first_legs(engine, beam, start))
     known = len(flights.leg)
     weight = problem.futures.weight * start.miss
-    seen = weight[flights.particle]
+    looked_for = weight[flights.particle]
     links = np.full((4, known), -1, dtype=np.int32)
     figures = np.zeros((4, known))
     links[LEG], figures[END] = flights.leg, flights.end_s
-    figures[REWARD] = flights.per_flight(seen * problem.objective.reward(flights.seen_at))
-    figures[UNSEEN] = weight[unseen].sum() - flights.per_flight(seen)
+    figures[REWARD] = flights.per_flight(looked_for * flights.worth)
+    figures[UNSEEN] = weight[unseen].sum() - flights.per_flight(looked_for * flights.share)
     for state in figures.T:
         state[PROMISE] = promise(state[END], state[REWARD], state[UNSEEN], to_go)
     heads = _buckets(problem, beam, start.time_s, links, figures)
-    masks: Ints = np.empty((64, (len(problem.futures) + 7) // 8), dtype=np.uint8)
+    masks: Ints = np.empty((64, bytes_of(problem, start.miss)), dtype=np.uint8)
     best = int(np.argmax(figures[REWARD])) if known else -1
     counts = np.array([known, 0, best, known])  # KNOWN, SLOTS, BEST, FLIGHTS
-    flown = FirstSeen(flights.first.astype(np.int64), flights.particle, start.miss)
+    first = flights.first.astype(np.int64)
+    flown = FirstSeen(first, flights.particle, flights.share, start.miss)
     return BeamStates(links, figures, masks, heads, counts), flown
+
+
+def bytes_of(problem: Problem, miss: Floats) -> int:
+    """Return how many bytes it takes to note who is unseen: one bit each, or two bytes if in part.
+
+    Parameters
+    ----------
+    miss
+        Probability that each particle is unseen when a search begins, (N,).
+    """
+    is_sharp = problem.sensor.is_perfect and bool(np.all((miss == 0.0) | (miss == 1.0)))
+    return (len(miss) + 7) // 8 if is_sharp else 2 * len(miss)
 
 
 def _first_legs(engine: WhatIf, beam: Beam, start: SearchState) -> Ints:

@@ -14,22 +14,28 @@ import numpy as np
 
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
-from planner.search.beam import RewardToGo, beam_of, beam_order, holdout_value, near_m, random_order
+from planner.search.beam import RewardToGo, beam_of, beam_order, near_m, random_order
 from planner.search.cell_beam import free_plans
 from planner.search.dashes import portfolio
 from planner.search.exact import best_order
+from planner.search.latency import is_latency, with_less_waiting
 from planner.search.lns import polished
 from planner.search.patrol import with_patrol
 from planner.search.plan import needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult, TracePoint
+from planner.search.sightings import holdout_value
 from planner.search.what_if import WhatIf
 
-FEW_ROADS = 7  # of which the best order is found for certain
+FEW_ROADS = 7  # of which the best order is found for certain, if the sensor is perfect
 NARROW, NEAR, WIDER = 40, 4, 2  # widths of the first beams, along roads and between; growth
 LAST = 3  # times the budget that beams may take; the last one begins within it, and is the widest
+WIDE, WIDE_FROM = 2560, 800_000  # of one more beam along roads, and the work that it is worth
 POLISH = 0.25  # share of a round's work that goes into polishing
+# A sensor that may miss: share of the work that goes into plans for it, after that for a plan as if
+# it were perfect; and orders from the same node in those of their beams that are to stay diverse.
+FOR_MISSES, DIVERSE = 0.4, 2
 # Where the movement is free: shares of all work that go into orders of roads, before it, and on
 # abstract nets, where roads are long, into the annealing of what is best, after it.
 ROADS, POLISH_FREE = 0.1, 0.8
@@ -38,11 +44,28 @@ ROADS, POLISH_FREE = 0.1, 0.8
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the best plan found within the budget's work, about; or until it says stop.
 
+    With a sensor that may miss, the best plan as if it were perfect competes with those made for
+    it, so that these have to be better.
+
     Raises
     ------
     NotApplicableError
         If the budget allows free movement, and the sensor only looks along roads.
     """
+    if problem.sensor.is_perfect:
+        return _best(problem, budget, rng)
+    perfect = problem.replace(sensor=replace(problem.sensor, rate_per_s=np.inf))
+    blind = _best(perfect, budget, rng)
+    done = blind.work or 0
+    part = replace(budget.part(int(FOR_MISSES * budget.work), after=done), free=budget.free)
+    own = _best(problem, part, rng)
+    chosen = max((own, blind), key=lambda found: holdout_value(problem, found.plan))
+    trace = tuple(TracePoint(done + point.work, point.value) for point in own.trace)
+    return SearchResult(chosen.plan, done + (own.work or 0), blind.stopped or own.stopped, trace)
+
+
+def _best(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchResult:
+    """Return the best plan found for a sensor, over roads or free."""
     if not budget.free:
         return _best_over_roads(problem, budget, rng)
     needs_open_country(problem, "free movement")
@@ -110,7 +133,8 @@ def _orders(
     engine: WhatIf, budget: Budget, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Sequence[int], int]]:
     problem = engine.problem
-    if len(problem.network.road_ids) <= FEW_ROADS:
+    sensor, is_plain = problem.sensor, not problem.flown and problem.sensor.is_perfect
+    if len(problem.network.road_ids) <= FEW_ROADS and is_plain:
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
     yield order, 0
@@ -120,11 +144,21 @@ def _orders(
     while spent > before:
         reward_to_go, before, spent = RewardToGo.of(problem, order), spent, 0
         near = beam_of(problem, NEAR * growth, near_m(problem))
-        for beam in (near, beam_of(problem, NARROW * growth)):
+        beams = [near, beam_of(problem, NARROW * growth)]
+        if not sensor.is_perfect:  # near-twins fill a beam: the same roads in another order
+            beams.insert(1, replace(near, width=2 * near.width, per_node=DIVERSE))
+        for beam in beams:
             order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left)
             spent += work
             left -= work
             yield order, work
         share = max(1, int(POLISH * spent))
-        yield polished(engine, order, share, rng, stop=log.stop), share
+        mended = polished(engine, order, share, rng, stop=log.stop)
+        yield mended, share
+        if growth == 1:
+            if is_latency(problem):
+                yield with_less_waiting(problem, mended, budget.work // 2, rng)
+            if budget.work >= WIDE_FROM:
+                wide = beam_of(problem, WIDE)
+                yield beam_order(engine, wide, reward_to_go, stop=log.stop, most=left)
         growth *= WIDER

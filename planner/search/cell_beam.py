@@ -6,12 +6,12 @@ import numpy as np
 
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import with_patrols
-from planner.search.beam import holdout_value
 from planner.search.cell_flights import FreeFlight
 from planner.search.dashes import portfolio
 from planner.search.plan import needs_open_country, plan_of_waypoints
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchLog, SearchResult
+from planner.search.sightings import holdout_value
 
 
 def cells(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:  # noqa: ARG001

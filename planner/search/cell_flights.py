@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.first_detection import columns, first_detection
+from planner.detection.first_detection import columns
 from planner.flight.legs import unit
 from planner.futures.futures import Futures
+from planner.search.beam import bytes_of
 from planner.search.kernels.cell_beam import (
     BEST,
     FIGURES,
@@ -27,13 +28,16 @@ from planner.search.kernels.cell_beam import (
     Setting,
     fly_ray,
     grow_tick,
+    nobody_seen,
     note_unseen,
+    pack_unseen,
 )
-from planner.search.kernels.cell_index import CellIndex, cell_index
+from planner.search.kernels.cell_index import SEEN, CellIndex, cell_index
 from planner.search.kernels.cells import Slabs
 from planner.search.kernels.motion import Course
 from planner.search.plan import plan_of_waypoints
 from planner.search.problem import Problem
+from planner.search.sightings import seen_by
 from planner.search.what_if import goal_of, rows_of, turning_of
 
 HEADINGS = 16
@@ -91,8 +95,8 @@ class Cells:
             rows_of(particles.pieces),
             weight.copy(),
             self.ticks,
-            radius_m,
-            goal_of(problem.objective),
+            (radius_m, float(problem.sensor.rate_per_s)),
+            goal_of(problem, particles),
         )
 
     @classmethod
@@ -120,19 +124,10 @@ class Cells:
 
     def brings(self, flight: FreeFlight) -> Floats:
         """Return the reward per unit of unseen weight that a flight brings after each tick."""
-        objective, weight = self.problem.objective, self.index.weight
-        plan = plan_of_waypoints(self.problem, "", flight.waypoints)
-        seen_at = first_detection(self._particles, plan.tracks[0], self.problem.sensor.radius_m)
-        seen_at[weight == 0.0] = np.inf
-        by_time = np.argsort(seen_at, kind="stable")
-        times_s = self.ticks.begin_s + self.ticks.lasts_s * np.arange(self.ticks.many)
-        after = np.searchsorted(seen_at[by_time], times_s, side="right")
-        left, reward = (
-            np.append(np.cumsum(amount[by_time][::-1])[::-1], 0.0)[after]
-            for amount in (weight, weight * objective.reward(seen_at))
-        )
-        brings: Floats = np.divide(reward, left, out=np.zeros(len(times_s)), where=left > 0.0)
-        return brings
+        tracks = plan_of_waypoints(self.problem, "", flight.waypoints).tracks
+        times_s = self.ticks.begin_s + self.ticks.lasts_s * np.arange(float(self.ticks.many))
+        seen = seen_by(self.problem, tracks, self._particles, self.index.weight)
+        return seen.brings(np.asarray(times_s))
 
     @property
     def middle_m(self) -> Floats:
@@ -242,8 +237,12 @@ def _first_states(
     links, figures = np.full((3, 64), -1, np.int32), np.zeros((FIGURES, 64))
     figures[:, 0] = uav.take_off_s, uav.x_m, uav.y_m, 0.0, weight.sum(), uav.take_off_s
     links[SLOT, 0] = 0
-    masks = np.zeros((64, (len(weight) + 7) // 8), np.uint8)
-    masks[0] = np.packbits(weight > 0.0, bitorder="little")
+    masks = np.zeros((64, bytes_of(cells.problem, np.ones(len(weight)))), np.uint8)
+    looked = nobody_seen(len(weight), not cells.problem.sensor.is_perfect)
+    looked.seen_in[weight <= 0.0] = SEEN
+    if len(looked.miss):
+        looked.miss[:] = weight > 0.0
+    pack_unseen(looked, masks[0])
     heads = np.full(cells.ticks.many, -1, np.int32)
     states = CellStates(links, figures, masks, heads, np.array([1, 1, 0, 0]))
     offset = np.subtract((uav.x_m, uav.y_m) if first_m is None else first_m, (uav.x_m, uav.y_m))
@@ -254,11 +253,10 @@ def _first_states(
     lasts_s = float(np.hypot(*offset) / law.over_ground_mps(way))
     begin_s = float(uav.take_off_s + law.corner_loss_s(np.zeros(2), way))
     straight = setting._replace(rays=setting.rays._replace(stops=np.array([NEVER])))
-    seen_in = np.empty(len(weight), np.int32)
-    note_unseen(0, states, cells.index, seen_in)
+    note_unseen(0, states, cells.index, looked)
     vx, vy = (offset / lasts_s).tolist()
     course = Course(float(uav.x_m), float(uav.y_m), vx, vy, begin_s)
-    fly_ray(course, lasts_s, 0, states, seen_in, straight)
+    fly_ray(course, lasts_s, 0, states, looked, straight)
     return states
 
 

@@ -7,7 +7,15 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.search.state import SearchState
-from planner.search.stepwise import TIE, earned, legs_ahead, rate_of
+from planner.search.stepwise import (
+    TIE,
+    after_flight,
+    earned,
+    first_fastest,
+    legs_ahead,
+    rate_of,
+    toward_next,
+)
 from planner.search.what_if import Sightings, WhatIf
 
 FEW = 512  # legs that are flown all; the paper's grids have no more
@@ -89,3 +97,13 @@ def fly_fastest(
     reached = np.sort(rate_of(reward + gained, flights.end_s - since_s))
     alike = 2.0 * TIE * problem.objective.most / problem.horizon_s
     return following.fly(legs[rates >= reached[-min(count, len(reached))] - alike])
+
+
+def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:
+    """Return the state after the leg that earns most per second, or nearer to what is unseen."""
+    problem = engine.problem
+    flights, gained = fly_fastest(Unseen(engine, state))
+    if not gained.any():
+        return toward_next(engine, state)
+    rates = rate_of(gained, flights.end_s - state.time_s)
+    return after_flight(problem, state, flights, first_fastest(problem, rates))

@@ -15,7 +15,7 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.result import SearchResult
 from planner.search.state import SearchState
-from planner.search.stepwise import TIE, first_greatest, rate_of
+from planner.search.stepwise import TIE, after_flight, first_greatest, rate_of
 from planner.search.what_if import Sightings, WhatIf
 
 Resample = Callable[[int], Futures]
@@ -57,15 +57,15 @@ def greedy(
         legs = candidate_legs(problem, state, directions=options.direction, removed=removed)
         if len(legs) == 0:
             break
-        i, observation_times = what_if_simulations(engine, state, legs, observed, options)  # 10
-        state = state.after(problem.legs, int(legs[i]), observation_times)  # lines 11, 12 and 14
+        flights, i = what_if_simulations(engine, state, legs, observed, options)  # 10
+        state = after_flight(problem, state, flights, i)  # lines 11, 12 and 14
     return SearchResult(plan_of_legs(problem, "greedy", state.order))
 
 
 def what_if_simulations(
     engine: WhatIf, state: SearchState, legs: Ints, observed: Flags, options: GreedyOptions
-) -> tuple[int, Floats]:
-    """Return the simulation that Figure 6 chooses, and its observation_times, (N,) seconds.
+) -> tuple[Sightings, int]:
+    """Return the simulations of Figure 6, and the index of the one that it chooses.
 
     Parameters
     ----------
@@ -75,18 +75,14 @@ def what_if_simulations(
         The figure's matrix, a row per simulation; changed if flags are read "times only".
     """
     # lines 1-7: all flights set out from the same place and time
-    if options.flags == "times only":
+    if options.flags == "times only" and engine.problem.sensor.is_perfect:
         flights = _fly(engine, state, legs, np.ones(len(state.miss)), options)
         flights = flights.those(~observed[flights.flight, flights.particle])  # line 18
         observed[flights.flight, flights.particle] = True  # line 19
     else:
         flights = _fly(engine, state, legs, state.miss, options)
-    best = _arg_min(engine.problem, state, flights, options)  # line 28
-    # lines 29-31: all simulations take over the times of the best one (line 20)
-    mine = slice(flights.first[best], flights.first[best + 1])
-    observation_times = state.seen_at.copy()
-    observation_times[flights.particle[mine]] = flights.seen_at[mine]
-    return best, observation_times  # line 32
+    # Line 28; in lines 29-31 all simulations take over the times of the best one (line 20).
+    return flights, _arg_min(engine.problem, state, flights, options)
 
 
 def _fly(
@@ -106,17 +102,20 @@ def _arg_min(
     What the particles cost that a flight does not see is the same for all flights; so they are
     compared by what their sightings take off the sum, without the rounding of the sum.
     """
-    weight = problem.weight_at_start[flights.particle]
-    before = state.seen_at[flights.particle]
-    objective = problem.objective
+    objective, sensor = problem.objective, problem.sensor
+    unseen = problem.weight_at_start if sensor.is_perfect else problem.futures.weight * state.miss
+    weight = unseen[flights.particle]
+    before = state.seen_at[flights.particle] if sensor.is_perfect else np.full(len(weight), np.inf)
     if options.miss == "infinity":
         by_s = np.inf if objective.by_s is None else objective.by_s
-        newly_seen = flights.per_flight(weight * (np.isinf(before) & (flights.seen_at <= by_s)))
-        earlier = np.where(np.isinf(before), 0.0, before) - flights.seen_at
+        newly_seen = flights.per_flight(
+            weight * flights.share * (np.isinf(before) & (flights.seen_at <= by_s))
+        )
+        earlier = flights.share * (np.where(np.isinf(before), 0.0, before) - flights.seen_at)
         most = newly_seen >= newly_seen.max() - TIE
         sooner = np.where(most, flights.per_flight(weight * earlier), -np.inf)
         return _tie_broken(sooner, TIE * problem.horizon_s, flights, options)
-    gain = objective.reward(flights.seen_at) - objective.reward(before)
+    gain = flights.worth - objective.reward(before)
     gained = flights.per_flight(weight * gain)
     alike = TIE * objective.most
     if options.miss == "rate":
@@ -132,7 +131,8 @@ def _tie_broken(value: Floats, alike: float, flights: Sightings, options: Greedy
 
 
 def _over(problem: Problem, state: SearchState, options: GreedyOptions) -> bool:
-    found = options.ends == "all found" and bool(np.all(np.isfinite(state.seen_at)))
+    left = ~np.isfinite(state.seen_at) if problem.sensor.is_perfect else state.miss > 0.0
+    found = options.ends == "all found" and not left.any()
     return found or state.time_s >= problem.objective.ends_s
 
 

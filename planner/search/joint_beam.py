@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
+from planner.detection.kernels.worth import Goal
 from planner.search.beam import RewardToGo, beam_setting, bucket_s
 from planner.search.kernels.beam import SAME, BeamSetting, ToGo, promise
 from planner.search.kernels.joint_beam import (
@@ -24,7 +25,6 @@ from planner.search.kernels.joint_beam import (
     see_next,
     still_to_earn,
 )
-from planner.search.kernels.what_if import Goal
 from planner.search.problem import Problem, candidate_legs
 from planner.search.what_if import WhatIf
 

@@ -15,7 +15,9 @@ from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
 from planner.search.result import SearchLog, SearchResult
+from planner.search.sightings import earned
 from planner.search.state import SearchState
+from planner.search.stepwise import after_flight
 from planner.search.what_if import WhatIf
 
 WIDTHS = (2, 20)  # of the beams that repair, drawn anew for each cut
@@ -51,16 +53,16 @@ def polished(
     reached
         Given the reward and the work done after each repair.
     """
-    states = _states(engine, order)
-    reward, done = _reward(engine, states[-1]), 0
-    stretch = bucket_s(engine.problem) / BUCKET_S
-    share = work if is_small(engine.problem) else max(REPAIR, work // REPAIRS)
+    problem, states = engine.problem, _states(engine, order)
+    reward, done = _reward(problem, states[-1]), 0
+    stretch = bucket_s(problem) / BUCKET_S
+    share = work if is_small(problem) else max(REPAIR, work // REPAIRS)
     while done < work and len(order) > 1 and not stop():
         cut = int(rng.integers(len(order)))
-        reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(engine.problem)
+        reach_m = float(rng.choice([0.0, 0.5, 1.0])) * near_m(problem)
         width, lasts_s = int(rng.integers(*WIDTHS)), stretch * float(rng.uniform(25.0, 100.0))
         beam = Beam(width, reach_m, lasts_s)
-        reward_to_go = RewardToGo.of(engine.problem, order)
+        reward_to_go = RewardToGo.of(problem, order)
         rest, flights = beam_order(
             engine,
             beam,
@@ -72,8 +74,9 @@ def polished(
         done += REPAIR + flights
         repaired = [*order[:cut], *rest]
         after = _states(engine, rest, states[cut])
-        if _reward(engine, after[-1]) > reward:
-            order, states, reward = repaired, [*states[:cut], *after], _reward(engine, after[-1])
+        now = _reward(problem, after[-1])
+        if now > reward:
+            order, states, reward = repaired, [*states[:cut], *after], now
         if reached:
             reached(reward, done)
     return order
@@ -85,12 +88,14 @@ def _states(
     """Return the states before each leg of an order and after the last one."""
     states = [start or engine.problem.first_state]
     for leg in order:
-        flight = engine.fly(states[-1], np.array([leg]))
-        seen_at = np.minimum(states[-1].seen_at, flight.seen(0, len(states[-1].seen_at)))
-        states.append(states[-1].after(engine.problem.legs, leg, seen_at))
+        flights = engine.fly(states[-1], np.array([leg]))
+        states.append(after_flight(engine.problem, states[-1], flights, 0))
     return states
 
 
-def _reward(engine: WhatIf, state: SearchState) -> float:
-    problem = engine.problem
-    return float(problem.weight_at_start @ problem.objective.reward(state.seen_at))
+def _reward(problem: Problem, state: SearchState) -> float:
+    """Return the expected reward of the order that has led to a state."""
+    if problem.sensor.is_perfect and not problem.flown:
+        return float(problem.weight_at_start @ problem.objective.reward(state.seen_at))
+    plan = plan_of_legs(problem, "lns", state.order)
+    return earned(problem, plan, problem.futures, problem.weight_at_start)

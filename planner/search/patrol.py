@@ -5,6 +5,9 @@ or turns elsewhere, can slip past a plan that has seen every particle; about one
 does. So every particle that was seen counts as missed with a small probability, which grows with
 the time since a UAV last had it in sight: the search returns to targets that were seen long ago,
 and in the end stays where they rest.
+
+A sensor that may miss needs no such doubt: nobody is ever surely seen, and the search goes on with
+what the flights have missed.
 """
 
 from collections.abc import Sequence
@@ -14,9 +17,9 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.detection.evaluate import evaluate
-from planner.search.fastest import fly_fastest
+from planner.search.fastest import fastest_gain, fly_fastest
 from planner.search.plan import plan_of_legs
-from planner.search.problem import Problem
+from planner.search.problem import Problem, candidate_legs
 from planner.search.state import SearchState
 from planner.search.stepwise import after_flight, first_fastest, rate_of, stepwise
 from planner.search.what_if import Sightings, WhatIf
@@ -38,12 +41,25 @@ def with_patrol(
     engine
         For this problem, if there is one already.
     """
-    return patrol(engine or WhatIf(problem), _after(problem, order)).order
+    engine = engine or WhatIf(problem)
+    if not problem.sensor.is_perfect:
+        return stepwise(engine, after_legs(engine, order), fastest_gain).order
+    return patrol(engine, _after(problem, order)).order
 
 
 def patrol(engine: WhatIf, state: SearchState) -> SearchState:
     """Return the state at the end of a patrol; its seen times are the latest, not the first."""
     return stepwise(engine, state, _patrol)
+
+
+def after_legs(engine: WhatIf, order: Sequence[int]) -> SearchState:
+    """Return the state at the end of an order, as far as it can be flown."""
+    state = engine.problem.first_state
+    for leg in order:
+        if leg not in candidate_legs(engine.problem, state):
+            break
+        state = after_flight(engine.problem, state, engine.fly(state, np.array([leg])), 0)
+    return state
 
 
 def _after(problem: Problem, order: Sequence[int]) -> SearchState:
@@ -69,7 +85,7 @@ class Missed:
         problem = self.engine.problem
         everyone = np.ones(len(self.state.miss))  # who was seen is looked for again
         flights = self.engine.fly(self.state, legs, miss=everyone)
-        reward = _doubt(problem, self.state, flights) * problem.objective.reward(flights.seen_at)
+        reward = _doubt(problem, self.state, flights) * flights.worth
         return flights, flights.per_flight(problem.weight_at_start[flights.particle] * reward)
 
     def ceilings(self, legs: Ints) -> Floats:

@@ -2,19 +2,12 @@
 
 import numpy as np
 
-from planner.search.fastest import Unseen, fly_fastest
+from planner.search.fastest import fastest_gain
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
-from planner.search.state import SearchState
-from planner.search.stepwise import (
-    after_flight,
-    first_fastest,
-    rate_of,
-    stepwise,
-    toward_next,
-)
+from planner.search.stepwise import stepwise
 from planner.search.what_if import WhatIf
 
 
@@ -33,13 +26,3 @@ def rate(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
 def rate_order(engine: WhatIf) -> tuple[int, ...]:
     """Return the legs that ``rate`` flies before its patrol."""
     return stepwise(engine, engine.problem.first_state, fastest_gain).order
-
-
-def fastest_gain(engine: WhatIf, state: SearchState) -> SearchState | None:
-    """Return the state after the leg that earns most per second, or nearer to what is unseen."""
-    problem = engine.problem
-    flights, gained = fly_fastest(Unseen(engine, state))
-    if not gained.any():
-        return toward_next(engine, state)
-    rates = rate_of(gained, flights.end_s - state.time_s)
-    return after_flight(problem, state, flights, first_fastest(problem, rates))

@@ -21,7 +21,7 @@ class SearchState(Frozen):
     x_m: float
     y_m: float
     miss: Floats  # (N,) probability that a particle is still unseen; a perfect sensor's: 0 or 1
-    seen_at: Floats  # (N,) seconds, inf: not seen yet
+    seen_at: Floats  # (N,) seconds, when first seen, or first in contact; inf: not yet
     order: tuple[int, ...] = ()  # legs flown
 
     def __post_init__(self) -> None:
@@ -61,12 +61,23 @@ class SearchState(Frozen):
         """
         return self._with(np.minimum(self.seen_at, seen_at))
 
-    def after(self, legs: Legs, leg: int, seen_at: Floats) -> "SearchState":
-        """Return the state at the end of a leg, with the seen times then known, (N,) seconds."""
+    def after(
+        self, legs: Legs, leg: int, seen_at: Floats, miss: Floats | None = None
+    ) -> "SearchState":
+        """Return the state at the end of a leg, with the seen times then known, (N,) seconds.
+
+        Parameters
+        ----------
+        miss
+            Probability that each particle is still unseen then, (N,); if not given, nobody is who
+            was seen.
+        """
         last = legs.first_point[leg + 1] - 1
         start_s = self.time_s + float(self.to_legs_s(legs)[leg])
+        known = self._with(seen_at)
         return replace(
-            self._with(seen_at),
+            known,
+            miss=known.miss if miss is None else miss,
             time_s=start_s + float(legs.after_s[last]),
             x_m=float(legs.x_m[last]),
             y_m=float(legs.y_m[last]),

@@ -47,7 +47,7 @@ def legs_ahead(problem: Problem, state: SearchState) -> Ints:
 def earned(problem: Problem, state: SearchState, flights: Sightings) -> Floats:
     """Return the expected reward of each flight from a state, (C,)."""
     unseen = (problem.futures.weight * state.miss)[flights.particle]
-    return flights.per_flight(unseen * problem.objective.reward(flights.seen_at))
+    return flights.per_flight(unseen * flights.worth)
 
 
 def rate_of(gained: Floats, lasts_s: Floats) -> Floats:
@@ -73,10 +73,11 @@ def after_flight(
     problem: Problem, state: SearchState, flights: Sightings, flight: int
 ) -> SearchState:
     """Return the state after one of the flights from it, with what that flight sees."""
-    mine = slice(flights.first[flight], flights.first[flight + 1])
-    seen_at = state.seen_at.copy()
-    seen_at[flights.particle[mine]] = flights.seen_at[mine]
-    return state.after(problem.legs, int(flights.leg[flight]), seen_at)
+    many = len(state.seen_at)
+    now_seen_at = flights.seen(flight, many)
+    seen_at = np.where(np.isfinite(now_seen_at), now_seen_at, state.seen_at)
+    miss = state.miss * flights.missed(flight, many)
+    return state.after(problem.legs, int(flights.leg[flight]), seen_at, miss)
 
 
 def toward_next(engine: WhatIf, state: SearchState) -> SearchState | None:
@@ -113,5 +114,6 @@ def _to_and_fro(
         state = flown or state
         if leg not in candidate_legs(problem, state):
             break
-        flown, leg = state.after(problem.legs, leg, state.seen_at), Legs.reverse(leg)
+        flown = state.after(problem.legs, leg, state.seen_at, state.miss)
+        leg = Legs.reverse(leg)
     return flown

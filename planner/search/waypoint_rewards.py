@@ -14,13 +14,13 @@ from planner.search.kernels.waypoints import (
     LEFT,
     Bar,
     Change,
+    FirstSightings,
     FlightLimits,
     Surroundings,
     Unseen,
     WaypointFlight,
     sweep,
 )
-from planner.search.kernels.what_if import FirstSightings
 from planner.search.problem import Problem
 from planner.search.what_if import goal_of, turning_of
 
@@ -73,7 +73,9 @@ def surroundings(problem: Problem) -> Surroundings:
         float(uav.speed_mps),
         turning_of(problem.legs.law),
     )
-    return Surroundings(grid, radius_m, problem.weight_at_start, limits, goal_of(problem.objective))
+    return Surroundings(
+        grid, radius_m, problem.weight_at_start, limits, goal_of(problem, problem.futures)
+    )
 
 
 def _grid(futures: Futures, radius_m: float, span: Window) -> SpaceTimeGrid:

@@ -9,10 +9,11 @@ import numpy as np
 from planner.arrays import Flags, Floats, Ints, Offsets, first_rows
 from planner.checked import indices
 from planner.detection.first_detection import columns
-from planner.detection.objective import Objective
+from planner.detection.kernels.worth import Goal, Others, others_of
+from planner.detection.survival import survival
 from planner.flight.law import FlightLaw
 from planner.flight.legs import Legs
-from planner.futures.futures import Pieces
+from planner.futures.futures import Futures, Pieces
 from planner.search.kernels.ceilings import Doubt, ceilings
 from planner.search.kernels.motion import ParticleMotion, motion_of
 from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
@@ -21,10 +22,10 @@ from planner.search.kernels.transits import Transits, bearings_of
 from planner.search.kernels.turning import Turning
 from planner.search.kernels.what_if import (
     Candidates,
-    Goal,
     LegColumns,
     SearchIndex,
     fly_all,
+    judged,
     score_all,
 )
 from planner.search.kernels.windows import Departure, Sensing
@@ -45,8 +46,9 @@ PACE = 0.8  # of the UAV's speed: who is faster for a while only falls behind a 
 class Sightings:
     """What each of C legs would see of the particles not seen yet, if it were flown next.
 
-    A flight is the straight transit to the leg's start, then the road. Each flight names a
-    particle at most once, at its first sighting.
+    A flight is the straight transit to the leg's start, then the road. With a perfect sensor each
+    flight names a particle at most once, at its first sighting; else at each contact, in order of
+    time.
     """
 
     leg: Ints  # (C,) leg index
@@ -54,7 +56,10 @@ class Sightings:
     end_s: Floats  # (C,) seconds, when its road ends
     first: Offsets  # (C + 1,) where a flight's sightings start
     particle: Ints  # (M,) particle index
-    seen_at: Floats  # (M,) seconds on the target's clock
+    seen_at: Floats  # (M,) seconds on the target's clock, when it comes within the radius
+    # Both as far as the particle is unseen when the flight begins:
+    worth: Floats  # (M,) what the sighting is worth, by the problem's objective
+    share: Floats  # (M,) probability that this is when it is seen; 1 with a perfect sensor
 
     @property
     def flight(self) -> Offsets:
@@ -74,14 +79,22 @@ class Sightings:
             first=first_rows(counts),
             particle=self.particle[kept],
             seen_at=self.seen_at[kept],
+            worth=self.worth[kept],
+            share=self.share[kept],
         )
 
     def seen(self, flight: int, particles: int) -> Floats:
         """Return when one flight sees each particle, (particles,) seconds, inf: not."""
         mine = slice(self.first[flight], self.first[flight + 1])
         seen_at = np.full(particles, np.inf)
-        seen_at[self.particle[mine]] = self.seen_at[mine]
+        np.minimum.at(seen_at, self.particle[mine], self.seen_at[mine])
         return seen_at
+
+    def missed(self, flight: int, particles: int) -> Floats:
+        """Return the probability that one flight misses each particle, (particles,)."""
+        mine = slice(self.first[flight], self.first[flight + 1])
+        seen = np.bincount(self.particle[mine], self.share[mine], particles)
+        return np.asarray(np.maximum(0.0, 1.0 - seen))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +143,20 @@ class WhatIf:
         departure, candidates, transits = self._ways(state, legs)
         flown = fly_all(departure, candidates, transits, _miss(state, miss), self.index)
         end_s = flown.start_s + self.problem.legs.duration_s[candidates.leg]
+        if self.problem.sensor.is_perfect and not self.problem.flown:
+            worth = self.problem.objective.reward(flown.from_s)
+            share = np.ones(len(worth))
+        else:
+            worth, share = judged(flown, self.index)
         return Sightings(
-            candidates.leg, flown.start_s, end_s, flown.first, flown.particle, flown.seen_at
+            candidates.leg,
+            flown.start_s,
+            end_s,
+            flown.first,
+            flown.particle,
+            flown.from_s,
+            worth,
+            share,
         )
 
     def ceilings(
@@ -172,8 +197,9 @@ class WhatIf:
         )
         flight, particle = np.nonzero(np.isfinite(seen_at))
         first = np.searchsorted(flight, np.arange(len(wanted) + 1))
-        end_s = start_s + self.problem.legs.duration_s[wanted]
-        return Sightings(wanted, start_s, end_s, first, particle, seen_at[flight, particle])
+        end_s, seen_at = start_s + self.problem.legs.duration_s[wanted], seen_at[flight, particle]
+        worth, share = self.problem.objective.reward(seen_at), np.ones(len(seen_at))
+        return Sightings(wanted, start_s, end_s, first, particle, seen_at, worth, share)
 
     def _ways(self, state: SearchState, legs: Ints) -> tuple[Departure, Candidates, Transits]:
         """Return how legs can be flown to from where a state is, as the kernels take it."""
@@ -229,16 +255,26 @@ def index_of(problem: Problem) -> SearchIndex:
         motion,
         passages(problem, motion),
         LegColumns(legs.first_point, legs.after_s, legs.x_m, legs.y_m, *velocities(legs)),
-        Sensing(float(sensor.radius_m), float(legs.speed_mps), sensor.detects_in_transit),
+        Sensing(
+            float(sensor.radius_m),
+            float(legs.speed_mps),
+            sensor.detects_in_transit,
+            float(sensor.rate_per_s),
+        ),
         futures.weight,
-        goal_of(problem.objective),
+        goal_of(problem, futures),
     )
 
 
-def goal_of(objective: Objective) -> Goal:
-    """Return an objective as the kernels take it."""
-    by_s = np.inf if objective.by_s is None else float(objective.by_s)
-    return Goal(float(objective.horizon_s), by_s)
+def goal_of(problem: Problem, futures: Futures) -> Goal:
+    """Return an objective, and what others do for it with given futures, as the kernels take it."""
+    horizon_s, by_s = float(problem.objective.horizon_s), problem.objective.by_s
+    by_s = np.inf if by_s is None else float(by_s)
+    if not problem.flown:
+        nobody, none = np.empty(0, dtype=np.int64), np.empty(0)
+        return Goal(horizon_s, by_s, Others(nobody, none, none, none, none, none))
+    others = survival(futures, problem.flown)
+    return Goal(horizon_s, by_s, others_of(others.columns, horizon_s, by_s))
 
 
 def rows_of(pieces: Pieces) -> Floats:

@@ -15,11 +15,11 @@ from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.search import contract
-from planner.search.beam import holdout_value
 from planner.search.contract import BUDGET, CLAUSES, SEED, Case, Clause, cost_s, fingerprint
 from planner.search.contract_problems import PROBLEMS
 from planner.search.methods import METHODS, Method, method_named
 from planner.search.problem import Problem
+from planner.search.sightings import holdout_value
 from planner.search.stepwise import MOST_FLIGHTS
 from support.cases import some_in_the_gate
 from support.instances import network_of_roads, physics_futures

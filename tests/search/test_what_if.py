@@ -106,7 +106,10 @@ def test_sums_and_choices_per_flight() -> None:
         first=np.array([0, 2, 2, 3]),
         particle=np.array([1, 0, 1], dtype=np.int32),
         seen_at=np.array([5.0, 7.0, 6.0]),
+        worth=np.ones(3),
+        share=np.array([0.5, 1.0, 1.0]),
     )
+    assert flights.missed(0, 3).tolist() == [0.0, 0.5, 1.0]
     assert flights.per_flight(np.array([1.0, 2.0, 4.0])).tolist() == [3, 0, 4]
     kept = flights.those(flights.particle == 1)
     assert kept.first.tolist() == [0, 1, 1, 2]

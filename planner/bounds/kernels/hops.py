@@ -49,8 +49,16 @@ class Bins(NamedTuple):
         return Lasting(least.astype(np.int64), most.astype(np.int64))
 
 
+class Sight(NamedTuple):
+    """What a hop that begins in each bin may see."""
+
+    at_s: Floats  # (bins, N) at the earliest, seconds; infinity: never
+    found: Ints  # (bins * N,) which of these, row by row, are finite, in any order
+    many: Ints  # (1,) how many
+
+
 class Seen(NamedTuple):
-    """Sightings, sorted by start and particle."""
+    """Sightings, sorted by start."""
 
     counts: Offsets  # (starts,) how many sightings each start has
     particle: Ints  # (M,)
@@ -58,7 +66,7 @@ class Seen(NamedTuple):
 
 
 class Sightings(NamedTuple):
-    """Sightings of legs, sorted by leg, bin and particle."""
+    """Sightings of legs, sorted by leg and bin."""
 
     first: Offsets  # (legs * bins + 1,) where the sightings of a leg from a bin start
     particle: Ints  # (M,)
@@ -72,6 +80,12 @@ class LegBefore(NamedTuple):
     least: int  # how many bins before the hop it begins,
     most: int  # or one more
     seen_before: Flags  # (bins, N) whom it leaves out, by the bin in which it begins
+
+
+def blank(bins: int, particles: int) -> Sight:
+    """Return a sight of nobody."""
+    at_s = np.full((bins, particles), np.inf)
+    return Sight(at_s, np.empty(bins * particles, np.int64), np.zeros(1, np.int64))
 
 
 @compiled
@@ -116,10 +130,8 @@ def _on_one_side(line: Way, other: Way, reach_m: float) -> bool:
 
 
 @compiled
-def sweep(hop: Motion, pieces: Pieces, bins: Bins, reach_m: float, out: Floats) -> None:
-    """Lower ``out`` (bins, N) to the first second at which a hop may see each particle.
-
-    That is the earliest from any start in a bin.
+def sweep(hop: Motion, pieces: Pieces, bins: Bins, reach_m: float, out: Sight) -> None:
+    """Add to a sight what a hop sees, at the earliest from any start in each bin.
 
     Parameters
     ----------
@@ -145,7 +157,7 @@ def pass_by(
     bins: Bins,
     which: tuple[int, int, int],
     reach_m: float,
-    out: Floats,
+    out: Sight,
 ) -> None:
     """Do what ``sweep`` does for one part of a hop and one motion of a particle.
 
@@ -170,7 +182,11 @@ def pass_by(
             first_common(at_begin, from_s + part.from_s, to_s + part.from_s),
             first_common(at_end, from_s + part.to_s, to_s + part.to_s),
         )
-        out[i, k] = min(out[i, k], first_s)
+        if first_s < out.at_s[i, k]:
+            if out.at_s[i, k] == np.inf:
+                out.found[out.many[0]] = i * out.at_s.shape[1] + k
+                out.many[0] += 1
+            out.at_s[i, k] = first_s
         from_s, before_s = to_s, after_s
 
 
@@ -224,21 +240,23 @@ def stay_through(
 
 
 @compiled
-def listed(seen_at: Floats, until_s: float, seen_before: Flags) -> Seen:
-    """Return the sightings up to a time out of when each start sees each particle, (starts, N).
-
-    Those ``seen_before`` (starts, N) are left out.
-    """
-    counts = np.zeros(len(seen_at), dtype=np.int64)
-    for i in range(len(seen_at)):
-        for k in range(seen_at.shape[1]):
-            counts[i] += seen_at[i, k] <= until_s and not seen_before[i, k]
-    particle, at_s, n = np.empty(counts.sum(), np.int32), np.empty(counts.sum()), 0
-    for i in range(len(seen_at)):
-        for k in range(seen_at.shape[1]):
-            if seen_at[i, k] <= until_s and not seen_before[i, k]:
-                particle[n], at_s[n] = k, seen_at[i, k]
-                n += 1
+def listed(sight: Sight, until_s: float, seen_before: Flags) -> Seen:
+    """Return sightings up to a time but for those ``seen_before`` (bins, N); clear the sight."""
+    found, particles = sight.found[: sight.many[0]], sight.at_s.shape[1]
+    counts, kept = np.zeros(len(sight.at_s), np.int64), np.zeros(len(found), np.bool_)
+    for n in range(len(found)):
+        i, k = found[n] // particles, found[n] % particles
+        kept[n] = sight.at_s[i, k] <= until_s and not seen_before[i, k]
+        counts[i] += kept[n]
+    row = np.cumsum(counts) - counts
+    particle, at_s = np.empty(counts.sum(), np.int32), np.empty(counts.sum())
+    for n in range(len(found)):
+        i, k = found[n] // particles, found[n] % particles
+        if kept[n]:
+            particle[row[i]], at_s[row[i]] = k, sight.at_s[i, k]
+            row[i] += 1
+        sight.at_s[i, k] = np.inf
+    sight.many[0] = 0
     return Seen(counts, particle, at_s)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Offsets
+from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import last_at_or_before
 from planner.detection.kernels.contacts import ContactColumns
 from planner.jit import compiled
@@ -98,18 +98,18 @@ def each_unseen_at(survival: SurvivalColumns, moment_s: Floats) -> Floats:
 
 
 @compiled
-def each_lasts(survival: SurvivalColumns, until_s: float) -> Floats:
-    """Return the expected seconds from 0 that each particle is unseen until a time, (N,)."""
+def each_lasts(survival: SurvivalColumns, particle: Ints, until_s: Floats) -> Floats:
+    """Return the expected seconds from 0 that particles are unseen until their times, (m,)."""
     first, time_s, survives, rates = survival
-    lasts_s = np.empty(len(first) - 1)
-    for who in range(len(lasts_s)):
-        begin, end = first[who], first[who + 1]
-        total_s = min(until_s, time_s[begin]) if begin < end else until_s
+    lasts_s = np.empty(len(particle))
+    for row in range(len(lasts_s)):
+        begin, end = first[particle[row]], first[particle[row] + 1]
+        total_s = min(until_s[row], time_s[begin]) if begin < end else until_s[row]
         for i in range(begin, end):
-            over_s = min(until_s, time_s[i + 1]) if i + 1 < end else until_s
+            over_s = min(until_s[row], time_s[i + 1]) if i + 1 < end else until_s[row]
             if over_s > time_s[i] and survives[i] > 0.0:
                 total_s += survives[i] * lasting(rates[i], over_s - time_s[i])
-        lasts_s[who] = total_s
+        lasts_s[row] = total_s
     return lasts_s
 
 

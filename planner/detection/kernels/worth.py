@@ -12,6 +12,7 @@ import numpy as np
 
 from planner.arrays import Floats, Offsets
 from planner.detection.kernels.closest_approach import last_at_or_before
+from planner.detection.kernels.contacts import ContactColumns
 from planner.detection.kernels.survival import SurvivalColumns, lasting
 from planner.jit import compiled
 
@@ -136,3 +137,40 @@ def worth_of_contact(
         worth += left * unlike(rate_per_s, rates[i], now_s - from_s, until_s - now_s)
         now_s, i = until_s, i + 1
     return float(worth)
+
+
+@compiled
+def mean_time(from_s: float, to_s: float, rate_per_s: float) -> float:
+    """Return when a contact is expected to see a particle, if it does."""
+    if rate_per_s == np.inf:
+        return from_s
+    exposure = rate_per_s * (to_s - from_s)
+    if exposure > 50.0:
+        return from_s + 1.0 / rate_per_s
+    if exposure < 1e-4:
+        return 0.5 * (from_s + to_s)
+    return from_s + 1.0 / rate_per_s - (to_s - from_s) / float(np.expm1(exposure))
+
+
+@compiled
+def judged_contacts(
+    contacts: ContactColumns, rates: Floats, goal: Goal
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return when contacts see, how probably, what that is worth, and what is left.
+
+    The first three (M,) in terms of a particle unseen before all of them, the last (N,) how
+    probably it is unseen after them. A particle's contacts come by time and one after the other.
+    """
+    first, from_s, to_s = contacts
+    time_s, share, worth = np.empty(len(from_s)), np.empty(len(from_s)), np.empty(len(from_s))
+    left = np.ones(len(first) - 1)
+    for who in range(len(left)):
+        for c in range(first[who], first[who + 1]):
+            passes, rate_per_s = 0.0, rates[c]
+            if rate_per_s < np.inf:
+                passes = float(np.exp(-rate_per_s * (to_s[c] - from_s[c])))
+            each = worth_of_contact(who, from_s[c], to_s[c], rate_per_s, goal)
+            time_s[c] = mean_time(from_s[c], to_s[c], rate_per_s)
+            share[c], worth[c] = left[who] * (1.0 - passes), left[who] * each
+            left[who] *= passes
+    return time_s, share, worth, left

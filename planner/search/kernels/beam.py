@@ -10,16 +10,24 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows
+from planner.detection.kernels.worth import reward_of
 from planner.jit import compiled
 from planner.search.kernels.transits import Transits
 from planner.search.kernels.turning import REST, Turning, loss_on_way
-from planner.search.kernels.what_if import Candidates, SearchIndex, fly_all, reward_of, score_all
+from planner.search.kernels.what_if import (
+    Candidates,
+    SearchIndex,
+    fly_all,
+    passed_by,
+    score_all,
+)
 from planner.search.kernels.windows import Departure
 
-PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of the unseen's bits
+PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of the unseen
 END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not seen
 KNOWN, SLOTS, BEST, FLIGHTS = 0, 1, 2, 3  # states known, slots used, the best state, flights made
 
+LEVELS = 65_535  # of a probability in two bytes: what is likelier seen than that is seen
 SAME = 1e-9  # states at the same node that differ less in time and reward are one
 
 
@@ -67,7 +75,8 @@ class FirstSeen(NamedTuple):
 
     first: Offsets  # (C + 1,) where an order's particles start
     particle: Ints  # (M,)
-    miss: Floats  # (N,) probability that a particle is unseen before all orders: 0 or 1
+    seen: Floats  # (M,) how probably, as far as the particle is unseen before all orders
+    miss: Floats  # (N,) probability that a particle is unseen before all orders
 
 
 class ToGo(NamedTuple):
@@ -81,13 +90,13 @@ class ToGo(NamedTuple):
 class BeamStates(NamedTuple):
     """The orders known so far, with room for more: M in all.
 
-    An order is its parent, which is one leg shorter, and its last leg. As the sensor is perfect,
-    a particle is either seen or unseen, and one bit says which.
+    An order is its parent, which is one leg shorter, and its last leg. Where all particles are
+    either seen or not, one bit says whether one is unseen; else two bytes say how probably.
     """
 
     links: Ints  # (4, M) rows PARENT, LEG, NEXT, SLOT; -1: none
     figures: Floats  # (4, M) rows END (s), REWARD, UNSEEN, PROMISE
-    masks: Ints  # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each
+    masks: Ints  # (S, ceil(N / 8)) bytes, or (S, 2 N): in each slot the unseen particles
     heads: Ints  # (B,) the first state of each bucket's chain, -1: none
     counts: Ints  # (4,) KNOWN, SLOTS, BEST, FLIGHTS
 
@@ -97,6 +106,7 @@ class Bucket(NamedTuple):
 
     number: int
     width: int  # how many of its states go on
+    per_node: int  # and how many of these at most from each node
     begin_s: float  # when bucket 0 begins, seconds
     lasts_s: float  # length of a bucket, seconds
 
@@ -158,7 +168,12 @@ def with_a_free_slot(masks: Ints, used: int) -> Ints:
 
 @compiled
 def pack(miss: Floats, mask: Ints) -> None:
-    """Write into bits, (ceil(N / 8),) bytes, which particles are unseen, ``miss`` (N,) > 0."""
+    """Write which particles are unseen, ``miss`` (N,), into bits, or into two bytes each."""
+    if len(mask) == 2 * len(miss):
+        for k in range(len(miss)):
+            share = int(LEVELS * miss[k] + 0.5)
+            mask[2 * k], mask[2 * k + 1] = share & 255, share >> 8
+        return
     whole = len(miss) // 8
     for b in range(whole):  # whole bytes first: such a loop is compiled to few instructions
         bits = 0
@@ -174,7 +189,11 @@ def pack(miss: Floats, mask: Ints) -> None:
 
 @compiled
 def unpack(mask: Ints, miss: Floats) -> None:
-    """Write bits into ``miss``, (N,): 1 for an unseen particle, else 0."""
+    """Write what was packed into ``miss``, (N,)."""
+    if len(mask) == 2 * len(miss):
+        for k in range(len(miss)):
+            miss[k] = (mask[2 * k] + 256.0 * mask[2 * k + 1]) / LEVELS
+        return
     whole = len(miss) // 8
     for b in range(whole):  # as in `pack`
         for j in range(8):
@@ -213,15 +232,17 @@ def fittest(bucket: Bucket, states: BeamStates, to_node: Ints) -> Ints:
     count = 0
     for j in np.argsort(-figures[PROMISE][mine], kind="mergesort"):
         i = mine[j]
-        twin = False
+        twin, here = False, 0
         for other in kept[:count]:
+            if to_node[links[LEG, other]] != to_node[links[LEG, i]]:
+                continue
+            here += 1
             alike = SAME * (1.0 + figures[REWARD, i])
             twin = twin or (
-                to_node[links[LEG, other]] == to_node[links[LEG, i]]
-                and abs(figures[END, other] - figures[END, i]) < SAME
+                abs(figures[END, other] - figures[END, i]) < SAME
                 and abs(figures[REWARD, other] - figures[REWARD, i]) < alike
             )
-        if not twin:
+        if not twin and here < bucket.per_node:
             kept[count] = i
             count += 1
             if count == width:
@@ -233,13 +254,14 @@ def fittest(bucket: Bucket, states: BeamStates, to_node: Ints) -> Ints:
 def miss_after(
     i: int, states: BeamStates, flown: FirstSeen, setting: BeamSetting, miss: Floats
 ) -> None:
-    """Find out which particles a state has not seen, (N,): its parent's, less its own leg's."""
+    """Find out how probably a state has not seen each particle, (N,): its parent, then its leg."""
     links, (first_way, way_leg, _) = states.links, setting.ways
     parent = links[PARENT, i]
     if parent < 0:
         miss[:] = flown.miss
         for j in range(flown.first[i], flown.first[i + 1]):
-            miss[flown.particle[j]] = 0.0
+            who = flown.particle[j]
+            miss[who] = max(0.0, miss[who] - flown.miss[who] * flown.seen[j])
         return
     unpack(states.masks[links[SLOT, parent]], miss)
     node = setting.legs.to_node[links[LEG, parent]]
@@ -249,8 +271,9 @@ def miss_after(
             before, way = links[LEG, parent], Rows(y, y + 1)
             departure, candidates, transits = set_out(moment_s, before, way, setting)
             seen = fly_all(departure, candidates, transits, miss, setting.search_index)
-            for who in seen.particle:
-                miss[who] = 0.0
+            rate_per_s = setting.search_index.sensing.rate_per_s
+            for j in range(len(seen.particle)):
+                miss[seen.particle[j]] *= passed_by(seen.from_s[j], seen.to_s[j], rate_per_s)
 
 
 @compiled
@@ -261,7 +284,7 @@ def grow(
     to_node, duration_s, home_s = setting.legs.to_node, setting.legs.duration_s, setting.legs.home_s
     goal, landing_s, first_way = setting.search_index.goal, setting.landing_s, setting.ways.first
     links, figures, masks, heads, counts = states
-    number, _, begin_s, lasts_s = bucket
+    number, _, _, begin_s, lasts_s = bucket
     miss = np.empty(len(setting.search_index.weight))
     for i in fittest(bucket, states, to_node):
         now_s, node = figures[END, i], to_node[links[LEG, i]]

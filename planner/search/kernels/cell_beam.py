@@ -13,12 +13,12 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.detection.kernels.closest_approach import Vector, Window
+from planner.detection.kernels.worth import reward_of
 from planner.jit import compiled
-from planner.search.kernels.beam import with_a_free_slot
-from planner.search.kernels.cell_index import SEEN, CellIndex, look
+from planner.search.kernels.beam import pack, unpack, with_a_free_slot
+from planner.search.kernels.cell_index import SEEN, CellIndex, Looked, look
 from planner.search.kernels.motion import Course
 from planner.search.kernels.turning import REST, Turning, corner_loss, direction, ground_speed
-from planner.search.kernels.what_if import reward_of
 
 PARENT, NEXT, SLOT = 0, 1, 2  # NEXT: in the tick's chain; SLOT: of the unseen's bits
 # UNSEEN: weight of the particles not seen; SET_OUT: when the flight to there began, seconds
@@ -30,11 +30,13 @@ SAME = 1e-9  # of a reward: less is none
 
 
 class CellStates(NamedTuple):
-    """The states known so far, with room for more: M in all; one bit says who is unseen."""
+    """The states known so far, with room for more: M in all."""
 
     links: Ints  # (3, M) rows PARENT, NEXT, SLOT; -1: none
     figures: Floats  # (6, M) rows TIME (s), X, Y (m), REWARD, UNSEEN, SET_OUT (s)
-    masks: Ints  # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each
+    # (S, ceil(N / 8)) bytes: in each slot the unseen particles, one bit each; or, if the sensor may
+    # miss, (S, 2 N): how probably each is unseen
+    masks: Ints
     heads: Ints  # (T,) the first state of each tick's chain, -1: none
     counts: Ints  # (4,) KNOWN, SLOTS, BEST, RAYS
 
@@ -82,8 +84,24 @@ class Setting(NamedTuple):
 
 
 @compiled
-def pack_unseen(seen_in: Ints, mask: Ints) -> None:
-    """Write into bits, (ceil(N / 8),) bytes, who is not ``SEEN``, (N,)."""
+def nobody_seen(many: int, may_miss: bool) -> Looked:
+    """Return room to note who of so many particles is seen."""
+    entries = many if may_miss else 0
+    return Looked(
+        np.zeros(many, np.int32),
+        np.zeros(entries),
+        np.zeros(entries),
+        np.zeros(entries + 1, np.int64),
+    )
+
+
+@compiled
+def pack_unseen(looked: Looked, mask: Ints) -> None:
+    """Write into bits, (ceil(N / 8),) bytes, who is not ``SEEN``, (N,); or who is how unseen."""
+    seen_in = looked.seen_in
+    if len(looked.miss) > 0:
+        pack(looked.miss, mask)
+        return
     for b in range(len(mask)):
         bits = 0
         for j in range(min(8, len(seen_in) - 8 * b)):
@@ -92,8 +110,14 @@ def pack_unseen(seen_in: Ints, mask: Ints) -> None:
 
 
 @compiled
-def unpack_unseen(mask: Ints, seen_in: Ints) -> None:
-    """Write 0 for whoever's bit is set, else ``SEEN``, (N,)."""
+def unpack_unseen(mask: Ints, looked: Looked) -> None:
+    """Write 0 for whoever is unseen, at least in part, else ``SEEN``, (N,)."""
+    seen_in = looked.seen_in
+    if len(looked.miss) > 0:
+        unpack(mask, looked.miss)
+        for who in range(len(seen_in)):
+            seen_in[who] = 0 if looked.miss[who] > 0.0 else SEEN
+        return
     for b in range(len(mask)):
         for j in range(min(8, len(seen_in) - 8 * b)):
             seen_in[8 * b + j] = 0 if (mask[b] >> j) & 1 else SEEN
@@ -158,15 +182,22 @@ def heading_of(i: int, states: CellStates) -> Vector:
 
 
 @compiled
-def note_unseen(i: int, states: CellStates, index: CellIndex, seen_in: Ints) -> None:
+def note_unseen(i: int, states: CellStates, index: CellIndex, looked: Looked) -> None:
     """Find out whom a state has not seen: its parent's, less those of the flight from there."""
     links, figures, parent = states.links, states.figures, states.links[PARENT, i]
     if parent < 0:
-        unpack_unseen(states.masks[links[SLOT, i]], seen_in)
+        unpack_unseen(states.masks[links[SLOT, i]], looked)
         return
-    unpack_unseen(states.masks[links[SLOT, parent]], seen_in)
+    unpack_unseen(states.masks[links[SLOT, parent]], looked)
     span = Window(figures[SET_OUT, i], figures[TIME, i])
-    look(course_between(parent, i, figures), span, index, seen_in, int(SEEN))
+    course = course_between(parent, i, figures)
+    if len(looked.miss) == 0:
+        look(course, span, index, looked, int(SEEN))
+        return
+    look(course, span, index, looked, 1)
+    for who in range(len(looked.miss)):
+        if looked.seen_in[who] == 1:
+            looked.miss[who], looked.seen_in[who] = looked.left[who], 0
 
 
 @compiled
@@ -197,7 +228,7 @@ def is_within(x: float, y: float, moment_s: float, field: Field) -> bool:
 
 @compiled
 def fly_ray(
-    course: Course, lasts_s: float, i: int, states: CellStates, seen_in: Ints, setting: Setting
+    course: Course, lasts_s: float, i: int, states: CellStates, looked: Looked, setting: Setting
 ) -> None:
     """Fly straight on from a state; make a new state after some of the ticks, and at the end."""
     links, figures, _, heads, counts = states
@@ -213,7 +244,7 @@ def fly_ray(
         new_x, new_y = x + vx * (until_s - begin_s), y + vy * (until_s - begin_s)
         if not is_within(new_x, new_y, until_s, setting.field):
             break
-        gain = look(course, Window(now_s, until_s), index, seen_in, number)
+        gain = look(course, Window(now_s, until_s), index, looked, number)
         reward, unseen, now_s = reward + gain.reward, unseen - gain.weight, until_s
         if done < rays.stops[stop] and until_s < over_s:
             continue
@@ -232,7 +263,7 @@ def fly_ray(
 
 
 @compiled
-def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
+def fly_on(i: int, states: CellStates, looked: Looked, setting: Setting) -> None:
     """Fly all rays from a state.
 
     A corner delays the flight after it. Who is near meanwhile will be seen as it sets out.
@@ -244,7 +275,7 @@ def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
     for d in range(len(rays.velocity)):
         vx, vy = rays.velocity[d, 0], rays.velocity[d, 1]
         begin_s = now_s + corner_loss(heading, direction(vx, vy), rays.turning)
-        fly_ray(Course(x, y, vx, vy, begin_s), longest_s, i, states, seen_in, setting)
+        fly_ray(Course(x, y, vx, vy, begin_s), longest_s, i, states, looked, setting)
     for p in range(len(rays.places)):
         dx, dy = rays.places[p, 0] - x, rays.places[p, 1] - y
         way = direction(dx, dy)
@@ -252,7 +283,7 @@ def fly_on(i: int, states: CellStates, seen_in: Ints, setting: Setting) -> None:
         if 1e-6 < lasts_s <= longest_s:
             begin_s = now_s + corner_loss(heading, way, rays.turning)
             course = Course(x, y, dx / lasts_s, dy / lasts_s, begin_s)
-            fly_ray(course, lasts_s, i, states, seen_in, setting)
+            fly_ray(course, lasts_s, i, states, looked, setting)
 
 
 @compiled
@@ -264,18 +295,18 @@ def grow_tick(tick: int, states: CellStates, setting: Setting, brings: float) ->
     links, figures, masks, heads, counts = states
     rays, goal = setting.rays, setting.cells.goal
     most_new = (len(rays.velocity) + len(rays.places)) * (len(rays.stops) + 1)
-    seen_in = np.empty(len(setting.cells.weight), np.int32)
+    looked = nobody_seen(len(setting.cells.weight), setting.cells.rate_per_s < np.inf)
     for i in chosen(tick, states, setting.crowd, brings):
         most = figures[REWARD, i] + figures[UNSEEN, i] * reward_of(figures[TIME, i], goal)
         if most <= figures[REWARD, counts[BEST]] * (1.0 + SAME) and i > 0:
             continue
         now = CellStates(links, figures, masks, heads, counts)
-        note_unseen(i, now, setting.cells, seen_in)
+        note_unseen(i, now, setting.cells, looked)
         if links[SLOT, i] < 0:
             masks = with_a_free_slot(masks, counts[SLOTS])
             links[SLOT, i] = counts[SLOTS]
-            pack_unseen(seen_in, masks[counts[SLOTS]])
+            pack_unseen(looked, masks[counts[SLOTS]])
             counts[SLOTS] += 1
         links, figures = with_room(counts[KNOWN] + most_new, links, figures)
-        fly_on(i, CellStates(links, figures, masks, heads, counts), seen_in, setting)
+        fly_on(i, CellStates(links, figures, masks, heads, counts), looked, setting)
     return CellStates(links, figures, masks, heads, counts)

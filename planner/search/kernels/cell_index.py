@@ -9,8 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.detection.kernels.closest_approach import FuturesColumns, Rows, Vector, Window
+from planner.arrays import Floats, Ints, Offsets
+from planner.detection.kernels.closest_approach import (
+    FuturesColumns,
+    Rows,
+    Vector,
+    Window,
+    while_within,
+)
+from planner.detection.kernels.worth import Goal, worth_of, worth_of_contact
 from planner.jit import compiled
 from planner.search.kernels.cells import (
     Moving,
@@ -21,9 +28,18 @@ from planner.search.kernels.cells import (
     resting_by_cell,
     slab_at,
 )
-from planner.search.kernels.motion import BEGIN, Course, first_meeting, piece_from
+from planner.search.kernels.motion import (
+    BEGIN,
+    END,
+    VX,
+    VY,
+    Course,
+    first_meeting,
+    piece_from,
+    place_in,
+)
 from planner.search.kernels.passages import Box, cell_range, padded
-from planner.search.kernels.what_if import Goal, reward_of
+from planner.search.kernels.what_if import passed_by
 
 
 class CellIndex(NamedTuple):
@@ -38,14 +54,35 @@ class CellIndex(NamedTuple):
     end_s: Floats  # (N,) seconds, from when on a particle is nowhere; infinity: it rests
     weight: Floats  # (N,) probability of each particle
     radius_m: float  # of the sensor
+    rate_per_s: float  # of its detection; infinity: it sees everybody
     goal: Goal
+
+
+class Looked(NamedTuple):
+    """Whom flights have seen, and how probably they have missed others."""
+
+    # (N,) the number of the flight that saw a particle last, or, if the sensor may miss, was in
+    # contact with it; who has that of the flight at hand, or a later one such as `SEEN`, is not
+    # looked for, or not unless the sensor may miss
+    seen_in: Ints
+    # Only if the sensor may miss, else without entries:
+    miss: Floats  # (N,) probability of being unseen before the flight at hand
+    left: Floats  # (N,) and now, of those it has been in contact with
+    part: Offsets  # (N + 1,) in which part of a tick each was last looked for; at the end the last
+
+
+class PieceOf(NamedTuple):
+    """A particle and one of its pieces."""
+
+    particle: int
+    piece: int
 
 
 class Gain(NamedTuple):
     """What a flight earns."""
 
     reward: float
-    weight: float  # of the particles that it sees first
+    weight: float  # of the particles that it sees first, as far as it does
 
 
 MOST_CELLS = 2.0**24  # over all ticks: where there were more, cells are wider
@@ -58,10 +95,14 @@ def cell_index(
     pieces: Floats,
     weight: Floats,
     ticks: Slabs,
-    radius_m: float,
+    sensor: tuple[float, float],
     goal: Goal,
 ) -> CellIndex:
-    """Return the particles by cell and tick; cells are as wide as the sensor sees, or wider."""
+    """Return the particles by cell and tick; cells are as wide as the sensor sees, or wider.
+
+    ``sensor`` is its radius and its rate.
+    """
+    radius_m, rate_per_s = sensor
     across = int(np.sqrt(MOST_CELLS / ticks.many)) + 1
     box = cells_around(futures, radius_m, across)
     many = len(futures.gone)
@@ -71,7 +112,9 @@ def cell_index(
         if futures.gone[who] and last_piece[who] >= futures.first_knot[who]:
             end_s[who] = futures.time_s[last_piece[who]]
     moving, resting = moving_by_cell(futures, box, ticks), resting_by_cell(futures, box)
-    return CellIndex(box, ticks, moving, resting, pieces, last_piece, end_s, weight, radius_m, goal)
+    return CellIndex(
+        box, ticks, moving, resting, pieces, last_piece, end_s, weight, radius_m, rate_per_s, goal
+    )
 
 
 @compiled
@@ -100,29 +143,72 @@ def corners(course: Course, span: Window, radius_m: float) -> tuple[Vector, Vect
 
 
 @compiled
-def see(who: int, seen_s: float, index: CellIndex, seen_in: Ints, number: int) -> Gain:
-    """Note that a flight sees a particle, if it does so before infinity; return what that earns."""
+def see(
+    course: Course, part: Window, ahead: PieceOf, index: CellIndex, looked: Looked, number: int
+) -> Gain:
+    """Note that a flight sees a particle in part of a tick, if it does; return what that earns."""
+    who, k = ahead
+    if index.rate_per_s < np.inf:
+        return see_in_part(course, part, ahead, index, looked, number)
+    seen_s = sighting(course, part, who, k, index)
     if not seen_s < np.inf:
         return Gain(0.0, 0.0)
-    seen_in[who] = number
-    return Gain(index.weight[who] * reward_of(seen_s, index.goal), index.weight[who])
+    looked.seen_in[who] = number
+    return Gain(index.weight[who] * worth_of(who, seen_s, index.goal), index.weight[who])
+
+
+@compiled
+def see_in_part(
+    course: Course, part: Window, ahead: PieceOf, index: CellIndex, looked: Looked, number: int
+) -> Gain:
+    """As `see`, for a sensor that may miss: exposures add up over parts, each looked at once."""
+    (who, k), pieces, rate_per_s = ahead, index.pieces, index.rate_per_s
+    if looked.part[who] == looked.part[-1]:
+        return Gain(0.0, 0.0)
+    looked.part[who] = looked.part[-1]
+    now_s, over_s = max(part.from_s, pieces[k, BEGIN]), min(part.to_s, index.end_s[who])
+    if now_s > over_s:
+        return Gain(0.0, 0.0)
+    reward, seen = 0.0, 0.0
+    k = piece_from(pieces, k, index.last_piece[who], now_s)
+    left = looked.left[who] if looked.seen_in[who] == number else looked.miss[who]
+    x, y, vx, vy, at_s = course
+    while True:
+        until_s = min(over_s, pieces[k, END]) if k < index.last_piece[who] else over_s
+        place, flown_s = place_in(pieces, k, now_s), now_s - at_s
+        offset = (place[0] - x - vx * flown_s, place[1] - y - vy * flown_s)
+        drift = (pieces[k, VX] - vx, pieces[k, VY] - vy)
+        within = while_within(offset, drift, until_s - now_s, index.radius_m)
+        if within.from_s < within.to_s:
+            from_s, to_s = now_s + within.from_s, now_s + within.to_s
+            unseen, passes = index.weight[who] * left, passed_by(from_s, to_s, rate_per_s)
+            reward += unseen * worth_of_contact(who, from_s, to_s, rate_per_s, index.goal)
+            seen += unseen * (1.0 - passes)
+            left *= passes
+        if until_s >= over_s:
+            break
+        now_s = until_s
+        k += 1
+    if seen > 0.0:
+        looked.left[who], looked.seen_in[who] = left, number
+    return Gain(reward, seen)
 
 
 @compiled
 def look_in_row(
-    course: Course, part: Window, cells: Rows, index: CellIndex, seen_in: Ints, number: int
+    course: Course, part: Window, cells: Rows, index: CellIndex, looked: Looked, number: int
 ) -> Gain:
     """Return what a flight earns in part of a tick from some neighbouring cells of one row.
 
     ``cells`` are counted over all rows and ticks; parameters else as `look` has them.
     """
-    moving, resting = index.moving, index.resting
+    moving, resting, seen_in = index.moving, index.resting, looked.seen_in
+    again = index.rate_per_s < np.inf  # who was in contact may be missed still
     reward, weight, all_cells = 0.0, 0.0, index.box.columns * index.box.rows
     for i in range(moving.first[cells.begin], moving.first[cells.end]):
         who = moving.particle[i]
-        if seen_in[who] < number:
-            seen_s = sighting(course, part, who, moving.knot[i], index)
-            gain = see(who, seen_s, index, seen_in, number)
+        if seen_in[who] < number or (again and seen_in[who] == number):
+            gain = see(course, part, PieceOf(who, moving.knot[i]), index, looked, number)
             reward, weight = reward + gain.reward, weight + gain.weight
     for cell in range(cells.begin, cells.end):
         here = cell % all_cells
@@ -130,25 +216,16 @@ def look_in_row(
             if resting.since_s[i] > part.to_s:
                 break
             who = resting.particle[i]
-            if seen_in[who] < number:
-                seen_s = sighting(course, part, who, index.last_piece[who], index)
-                gain = see(who, seen_s, index, seen_in, number)
+            if seen_in[who] < number or (again and seen_in[who] == number):
+                ahead = PieceOf(who, index.last_piece[who])
+                gain = see(course, part, ahead, index, looked, number)
                 reward, weight = reward + gain.reward, weight + gain.weight
     return Gain(reward, weight)
 
 
 @compiled
-def look(course: Course, span: Window, index: CellIndex, seen_in: Ints, number: int) -> Gain:
-    """Return what a straight flight earns in a span of time, and note whom it sees.
-
-    Parameters
-    ----------
-    seen_in
-        (N,) the number of the flight that saw a particle last; those of this flight or a later
-        number, such as ``SEEN``, are not looked for.
-    number
-        Of this flight.
-    """
+def look(course: Course, span: Window, index: CellIndex, looked: Looked, number: int) -> Gain:
+    """Return what a straight flight, of a number, earns in a span of time; note whom it sees."""
     box, ticks = index.box, index.ticks
     reward, weight = 0.0, 0.0
     for tick in range(slab_at(ticks, span.from_s), ticks.many):
@@ -156,11 +233,12 @@ def look(course: Course, span: Window, index: CellIndex, seen_in: Ints, number: 
         if begin_s >= span.to_s:
             break
         part = Window(max(span.from_s, begin_s), min(span.to_s, begin_s + ticks.lasts_s))
+        looked.part[-1] += 1
         low, high = corners(course, part, index.radius_m)
         west, east, south, north = cell_range(box, low, high)
         for row in range(south, north + 1 if west <= east else south):
             at = (tick * box.rows + row) * box.columns
             cells = Rows(at + west, at + east + 1)
-            gain = look_in_row(course, part, cells, index, seen_in, number)
+            gain = look_in_row(course, part, cells, index, looked, number)
             reward, weight = reward + gain.reward, weight + gain.weight
     return Gain(reward, weight)

@@ -10,9 +10,10 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows
+from planner.detection.kernels.worth import Goal, reward_of
 from planner.jit import compiled
 from planner.search.kernels.beam import BeamSetting, set_out
-from planner.search.kernels.what_if import Flights, Goal, fly_all, reward_of
+from planner.search.kernels.what_if import Flights, fly_all
 
 
 class Movers(NamedTuple):
@@ -105,7 +106,7 @@ def see_next(movers: Movers, ways: Ints, seen: Floats, setting: BeamSetting) -> 
         flown = sighted_by(movers.time_s[i], movers.leg[i], way, seen[i], setting)
         for j in range(len(flown.particle)):
             who = flown.particle[j]
-            seen[i, who] = min(seen[i, who], flown.seen_at[j])
+            seen[i, who] = min(seen[i, who], flown.from_s[j])
 
 
 @compiled
@@ -129,7 +130,7 @@ def onward(movers: Movers, seen: Floats, setting: BeamSetting) -> Moves:
         node = to_node[movers.leg[i]]
         ways = Rows(first_way[node], first_way[node + 1])
         flown = sighted_by(movers.time_s[i], movers.leg[i], ways, seen[i], setting)
-        sighted = Sighted(flown.first, flown.particle, flown.seen_at)
+        sighted = Sighted(flown.first, flown.particle, flown.from_s)
         for c in range(len(flown.start_s)):
             leg = setting.ways.leg[ways.begin + c]
             ends_s = flown.start_s[c] + duration_s[leg]

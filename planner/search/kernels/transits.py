@@ -12,6 +12,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels.closest_approach import Window
 from planner.jit import compiled
+from planner.search.kernels.contacts import PiecesAhead, contacts_on, emptied, no_contacts
 from planner.search.kernels.motion import Course, ParticleMotion, first_meeting
 from planner.search.kernels.windows import (
     ENTER,
@@ -46,18 +47,19 @@ class Rays(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """Linked lists of sightings, M in all."""
+    """Linked lists of contacts, M in all; those of one particle in order of time."""
 
     following: Ints  # (M,) index of the list's next one, -1: it is the last
     particle: Ints  # (M,)
-    seen_at: Floats  # (M,) seconds on the target's clock
+    from_s: Floats  # (M,) seconds on the target's clock
+    to_s: Floats  # (M,) seconds; of a perfect sensor's sightings infinity
 
 
 class RaySightings(NamedTuple):
     """What is seen from one place along rays."""
 
-    here: Ints  # (h,) the particles seen at once, whatever the ray
-    head: Ints  # (m,) the first of each ray's further sightings in the chain, -1: none
+    here: Ints  # (h,) the particles that a perfect sensor sees at once, whatever the ray
+    head: Ints  # (m,) the first of each ray's further contacts in the chain, -1: none
     chain: Chain
 
 
@@ -111,15 +113,31 @@ def first_from(values: Floats, low: float, start: int, end: int) -> int:
 
 
 @compiled
+def chain_of(room: int) -> Chain:
+    """Return room for so many contacts."""
+    return Chain(np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room), np.empty(room))
+
+
+@compiled
 def with_more_room(chain: Chain) -> Chain:
-    """Return the same chain with room for as many sightings again, and two more."""
+    """Return the same chain with room for as many contacts again, and two more."""
     many = len(chain.particle)
-    room = 2 * (many + 1)
-    larger = Chain(np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room))
+    larger = chain_of(2 * (many + 1))
     for i in range(many):
         larger.following[i], larger.particle[i] = chain.following[i], chain.particle[i]
-        larger.seen_at[i] = chain.seen_at[i]
+        larger.from_s[i], larger.to_s[i] = chain.from_s[i], chain.to_s[i]
     return larger
+
+
+@compiled
+def link(chain: Chain, used: int, head: Ints, ray: int, contact: tuple[int, Window]) -> Chain:
+    """Return the chain with a contact, the ``used`` th, as the first one of a ray."""
+    if used == len(chain.particle):
+        chain = with_more_room(chain)
+    chain.following[used], chain.particle[used] = head[ray], contact[0]
+    chain.from_s[used], chain.to_s[used] = contact[1]
+    head[ray] = used
+    return chain
 
 
 @compiled
@@ -130,13 +148,14 @@ def ray_sightings(
     start_s, x0, y0 = departure
     bearings, ways, lasts_s = rays
     pieces, radius_m, speed_mps = motion.pieces, sensing.radius_m, sensing.speed_mps
+    first_piece = motion.first_piece
     many, over_s, used = len(bearings), start_s, 0
     for away_s in lasts_s:
         over_s = max(over_s, start_s + away_s)
     here, windows = all_windows(departure, over_s, miss, motion, sensing)
     of, spans = windows
     head = np.full(many, -1, dtype=np.int32)
-    chain = Chain(np.empty(many, np.int32), np.empty(many, np.int32), np.empty(many))
+    chain, met, may_miss = chain_of(many), no_contacts(4), sensing.rate_per_s < np.inf
     for i in range(len(of)):
         x, y, near_m = spans[i, MIDDLE_X], spans[i, MIDDLE_Y], spans[i, NEAR]
         low, wide = spans[i, LOW], spans[i, WIDE]
@@ -150,13 +169,18 @@ def ray_sightings(
             if spans[i, ENTER] <= leave_s and aside_m <= near_m:
                 course = Course(x0, y0, speed_mps * ways[j, 0], speed_mps * ways[j, 1], start_s)
                 window = Window(spans[i, ENTER], leave_s)
+                if may_miss:
+                    ahead = PiecesAhead(of[i, 0], of[i, 1], first_piece[of[i, 0] + 1] - 1)
+                    met = contacts_on(course, window, pieces, ahead, radius_m, emptied(met))
+                    for c in range(met.many - 1, -1, -1):  # so that the first one comes first
+                        contact = (of[i, 0], Window(met.from_s[c], met.to_s[c]))
+                        chain = link(chain, used, head, j, contact)
+                        used += 1
+                    j += 1
+                    continue
                 seen_s = first_meeting(course, window, pieces, of[i, 1], radius_m)
                 if seen_s < np.inf:
-                    if used == len(chain.particle):
-                        chain = with_more_room(chain)
-                    chain.following[used], chain.particle[used] = head[j], of[i, 0]
-                    chain.seen_at[used] = seen_s
-                    head[j] = used
+                    chain = link(chain, used, head, j, (of[i, 0], Window(seen_s, np.inf)))
                     used += 1
             j += 1
     return RaySightings(here, head, chain)

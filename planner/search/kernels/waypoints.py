@@ -19,16 +19,23 @@ from planner.detection.kernels.closest_approach import (
     knots_of,
     motion_at,
 )
+from planner.detection.kernels.worth import Goal, reward_of
 from planner.jit import compiled
 from planner.search.kernels.cells import SpaceTimeGrid, slab_at
 from planner.search.kernels.passages import Box, cell_range, padded
 from planner.search.kernels.turning import REST, Turning, corner_loss, direction
-from planner.search.kernels.what_if import FirstSightings, Goal, reward_of
 
 X, Y, WAIT = 0, 1, 2
 LEFT, REWARD, WEIGHT, SEEN = 0, 1, 2, 3
 
 RARE = 1e-3  # share of all particles from which on the others say nothing about what to expect
+
+
+class FirstSightings(NamedTuple):
+    """Room for sightings."""
+
+    particle: Ints  # (M,)
+    seen_at: Floats  # (M,) seconds on the target's clock
 
 
 class FlightPiece(NamedTuple):

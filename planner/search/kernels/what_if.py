@@ -1,14 +1,13 @@
 """What-if flights, compiled: what many legs would see from one place and time on.
 
 A flight to a leg is first a transit, straight to the leg's start, then the road. Legs that start
-at the same node share the transit; a road only sees its own passages. Each flight names a particle
-once, at its first sighting.
+at the same node share the transit; a road only sees its own passages.
 
-``miss`` (N,) is the probability that a particle is still unseen. The sensor sees all that comes
-within its radius, so a flight looks for the particles with ``miss`` > 0, and a sighting is worth
-weight * miss * reward. A sensor that misses would see at a rate per second of contact; what
-``see_along_road`` and ``see_on_the_way`` then have to write down is the contact, from when to when,
-in place of its first second.
+``miss`` (N,) is the probability that a particle is still unseen; a flight looks for those with
+``miss`` > 0. A perfect sensor sees all that comes within its radius: a flight names a particle
+once, at its first sighting, which is worth weight * miss * reward. A sensor that may miss sees at
+a rate per second of contact: a flight names a particle at each contact, from when to when, and
+exposures add up, over the transit and the road as over one road and the next.
 """
 
 from typing import NamedTuple
@@ -17,14 +16,23 @@ import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows, Window, last_at_or_before
+from planner.detection.kernels.worth import Goal, reward_of, worth_of, worth_of_contact
 from planner.jit import compiled
+from planner.search.kernels.contacts import (
+    Contacts,
+    PiecesAhead,
+    contacts_on,
+    emptied,
+    found_so_far,
+    no_contacts,
+    with_room,
+)
 from planner.search.kernels.motion import (
     END,
     Course,
     ParticleMotion,
     first_meeting,
     piece_from,
-    zero,
 )
 from planner.search.kernels.passages import PassageColumns
 from planner.search.kernels.transits import (
@@ -49,13 +57,6 @@ class LegColumns(NamedTuple):
     vy_mps: Floats  # (Q,) m/s
 
 
-class Goal(NamedTuple):
-    """What a search is for, as in ``Objective``."""
-
-    horizon_s: float
-    by_s: float  # the deadline, seconds; infinity: none
-
-
 class SearchIndex(NamedTuple):
     """A problem, laid out so that what-if flights find what they pass."""
 
@@ -73,13 +74,6 @@ class Candidates(NamedTuple):
     leg: Ints  # (C,) leg index
     transit: Ints  # (C,) which of the transits leads to its start, -1: it starts here
     turns_s: Floats  # (C,) seconds lost at corners before it begins
-
-
-class FirstSightings(NamedTuple):
-    """Room for sightings."""
-
-    particle: Ints  # (M,)
-    seen_at: Floats  # (M,) seconds on the target's clock
 
 
 class Around(NamedTuple):
@@ -104,20 +98,14 @@ class RoadFlight(NamedTuple):
     start_s: float  # when it begins
 
 
-class PiecesAhead(NamedTuple):
-    """A particle's pieces of motion from a time on."""
-
-    piece: int  # the one at that time
-    last: int
-
-
 class Flights(NamedTuple):
-    """What C flights see; each particle at most once in a flight."""
+    """What C flights see, as ``Contacts`` has it."""
 
     start_s: Floats  # (C,) seconds, when the road begins
-    first: Offsets  # (C + 1,) where a flight's sightings start
+    first: Offsets  # (C + 1,) where a flight's contacts start
     particle: Ints  # (M,)
-    seen_at: Floats  # (M,) seconds on the target's clock
+    from_s: Floats  # (M,) seconds on the target's clock
+    to_s: Floats  # (M,) seconds; nothing where the sensor is perfect
 
 
 class Earnings(NamedTuple):
@@ -125,15 +113,13 @@ class Earnings(NamedTuple):
 
     start_s: Floats  # (C,) seconds, when the road begins
     reward: Floats  # (C,) expected reward of the sightings
-    seen: Floats  # (C,) weight * miss of the particles seen
+    seen: Floats  # (C,) weight * miss of the particles seen, as far as they are
 
 
 @compiled
-def reward_of(seen_s: float, goal: Goal) -> float:
-    """Return what a sighting is worth, as ``Objective.reward`` says."""
-    if goal.by_s < np.inf:
-        return 1.0 if seen_s <= goal.by_s else 0.0
-    return max(0.0, goal.horizon_s - seen_s)
+def passed_by(from_s: float, to_s: float, rate_per_s: float) -> float:
+    """Return the probability that a contact misses a particle."""
+    return 0.0 if rate_per_s == np.inf else float(np.exp(-rate_per_s * (to_s - from_s)))
 
 
 @compiled
@@ -158,7 +144,7 @@ def first_meeting_along(
     first_point, after_s, x_m, y_m, vx_mps, vy_mps = index.legs
     leg, start_s = road
     from_s, to_s = window
-    k, last_piece = ahead
+    _, k, last_piece = ahead
     last = first_point[leg + 1] - 1
     i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
     while True:
@@ -176,20 +162,49 @@ def first_meeting_along(
 
 
 @compiled
+def contacts_along(
+    road: RoadFlight, window: Window, ahead: PiecesAhead, index: SearchIndex, found: Contacts
+) -> Contacts:
+    """Return the same contacts, and those of a flight along a road with a particle in a window.
+
+    As `first_meeting_along`, for a sensor that may miss.
+    """
+    pieces, radius_m = index.motion.pieces, index.sensing.radius_m
+    first_point, after_s, x_m, y_m, vx_mps, vy_mps = index.legs
+    leg, start_s = road
+    from_s, to_s = window
+    who, k, last_piece = ahead
+    last = first_point[leg + 1] - 1
+    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
+    while True:
+        begin_s = start_s + after_s[i]
+        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
+        course = Course(x_m[i], y_m[i], vx_mps[i], vy_mps[i], begin_s)
+        here = PiecesAhead(who, k, last_piece)
+        found = contacts_on(course, Window(from_s, leaves_s), pieces, here, radius_m, found)
+        i += 1
+        if i >= last:
+            return found
+        from_s = start_s + after_s[i]
+        if from_s > to_s:
+            return found
+        k = piece_from(pieces, k, last_piece, from_s)
+
+
+@compiled
 def see_along_road(
-    road: RoadFlight,
-    miss: Floats,
-    marks: Marks,
-    index: SearchIndex,
-    found: FirstSightings,
-    count: int,
-) -> int:
-    """Write down what a flight along a road sees; return the new count of sightings."""
+    road: RoadFlight, miss: Floats, marks: Marks, index: SearchIndex, found: Contacts
+) -> Contacts:
+    """Return the same contacts, and those of a flight along a road.
+
+    There has to be room for one of each particle.
+    """
+    may_miss = index.sensing.rate_per_s < np.inf
     pieces, first_piece = index.motion.pieces, index.motion.first_piece
     first, from_s, to_s, _, particle, piece = index.passages
     first_point, after_s = index.legs.first_point, index.legs.after_s
     seen_by, transit, flight = marks
-    seen_particle, seen_at = found
+    seen_particle, seen_at, _, _, count = found
     leg, start_s = road
     end_s = start_s + after_s[first_point[leg + 1] - 1]
     for rests in range(2):
@@ -199,18 +214,22 @@ def see_along_road(
             who = particle[i]
             if to_s[i] < start_s or not miss[who] > 0.0:
                 continue
-            if seen_by[who] == transit or seen_by[who] == flight:
+            if not may_miss and (seen_by[who] == transit or seen_by[who] == flight):
                 continue
             window = Window(max(start_s, from_s[i]), min(end_s, to_s[i]))
             k, last = piece[i], first_piece[who + 1] - 1
             if pieces[k, END] <= window.from_s:
                 k = piece_from(pieces, k, last, window.from_s)
-            seen_s = first_meeting_along(road, window, PiecesAhead(k, last), index)
+            ahead = PiecesAhead(who, k, last)
+            if may_miss:
+                found = contacts_along(road, window, ahead, index, found)
+                continue
+            seen_s = first_meeting_along(road, window, ahead, index)
             if seen_s < np.inf:
                 seen_particle[count], seen_at[count] = who, seen_s
                 seen_by[who] = flight
                 count += 1
-    return count
+    return found if may_miss else found_so_far(found, count)
 
 
 @compiled
@@ -223,7 +242,8 @@ def look_around(
         return Around(ray_sightings(departure, rays, miss, index.motion, index.sensing), ray_of)
     nobody = np.empty(0, dtype=np.int32)
     head = np.full(len(rays.bearing), -1, dtype=np.int32)
-    return Around(RaySightings(nobody, head, Chain(nobody, nobody, np.empty(0))), ray_of)
+    chain = Chain(nobody, nobody, np.empty(0), np.empty(0))
+    return Around(RaySightings(nobody, head, chain), ray_of)
 
 
 @compiled
@@ -232,37 +252,21 @@ def see_on_the_way(
     arrive_s: float,
     around: Around,
     marks: Marks,
-    found: FirstSightings,
-    count: int,
-) -> int:
-    """Write down what a transit sees after its start; return the new count of sightings."""
-    following, particle, seen_at = around.rays.chain
-    seen_by, seen_particle, first_seen_at = marks.by, found.particle, found.seen_at
+    found: Contacts,
+) -> Contacts:
+    """Return the same contacts, and those of a transit after its start."""
+    following, particle, begins_s, ends_s = around.rays.chain
     at = around.rays.head[around.ray_of[transit]] if transit >= 0 else -1
     while at >= 0:
-        if seen_at[at] <= arrive_s:
-            who = particle[at]
-            seen_particle[count], first_seen_at[count] = who, seen_at[at]
-            seen_by[who] = marks.transit
-            count += 1
+        if begins_s[at] <= arrive_s:
+            found = with_room(found, 1)
+            (seen_particle, from_s, to_s, _, count), who = found, particle[at]
+            seen_particle[count], from_s[count] = who, begins_s[at]
+            to_s[count] = min(ends_s[at], arrive_s)
+            marks.by[who] = marks.transit
+            found = found_so_far(found, count + 1)
         at = following[at]
-    return count
-
-
-@compiled
-def room_for_sightings(many: int) -> FirstSightings:
-    """Return empty columns for as many sightings."""
-    return FirstSightings(np.empty(many, dtype=np.int32), np.empty(many))
-
-
-@compiled
-def with_more_room(found: FirstSightings) -> FirstSightings:
-    """Return the same sightings with room for twice as many."""
-    many = len(found.particle)
-    larger = room_for_sightings(2 * many)
-    for i in range(many):
-        larger.particle[i], larger.seen_at[i] = found.particle[i], found.seen_at[i]
-    return larger
+    return found
 
 
 @compiled
@@ -278,39 +282,74 @@ def fly_all(
     around = look_around(departure, transits, transit_of, miss, index)
     here, seen_by = around.rays.here, np.zeros(len(miss), dtype=np.int32)
     start_s, first = np.empty(len(leg_of)), np.zeros(len(leg_of) + 1, dtype=np.int64)
-    found = room_for_sightings(2 * len(miss))
-    count = zero()
+    found = no_contacts(2 * len(miss))
     for c in range(len(leg_of)):
-        if count + len(miss) > len(found.particle):
-            found = with_more_room(found)
+        found = with_room(found, len(miss))
         arrive_s = departure.time_s + (lasts_s[transit_of[c]] if transit_of[c] >= 0 else 0.0)
         start_s[c] = arrive_s + turns_s[c]
+        particle, from_s, to_s, _, count = found
         for who in here:
-            found.particle[count], found.seen_at[count] = who, departure.time_s
+            particle[count], from_s[count] = who, departure.time_s
             seen_by[who] = c + 1
             count += 1
+        found = Contacts(particle, from_s, to_s, first[c], count)
         marks = Marks(seen_by, c + 1, c + 1)
-        count = see_on_the_way(transit_of[c], arrive_s, around, marks, found, count)
-        road = RoadFlight(leg_of[c], start_s[c])
-        count = see_along_road(road, miss, marks, index, found, count)
-        first[c + 1] = count
-    return Flights(start_s, first, found.particle[:count], found.seen_at[:count])
+        found = see_on_the_way(transit_of[c], arrive_s, around, marks, found)
+        found = with_room(found, len(miss))
+        found = see_along_road(RoadFlight(leg_of[c], start_s[c]), miss, marks, index, found)
+        first[c + 1] = found.many
+    particle, from_s, to_s, _, count = found
+    return Flights(start_s, first, particle[:count], from_s[:count], to_s[:count])
 
 
 @compiled
-def earned_by(
-    found: FirstSightings, count: int, miss: Floats, index: SearchIndex
-) -> tuple[float, float]:
-    """Return what the first ``count`` sightings earn, and weight * miss of their particles."""
-    particle, seen_at = found
-    weight, goal = index.weight, index.goal
+def judged(flights: Flights, index: SearchIndex) -> tuple[Floats, Floats]:
+    """Return what each contact is worth and how probably it is the one that sees, (M,) each.
+
+    Both as far as the particle is unseen when the flight begins.
+    """
+    _, first, particle, from_s, to_s = flights
+    worth, seen = np.empty(len(particle)), np.empty(len(particle))
+    rate_per_s, goal, left = index.sensing.rate_per_s, index.goal, np.empty(len(index.weight))
+    for c in range(len(first) - 1):
+        for j in range(first[c], first[c + 1]):
+            left[particle[j]] = 1.0
+        for j in range(first[c], first[c + 1]):
+            who, passes = particle[j], passed_by(from_s[j], to_s[j], rate_per_s)
+            each = worth_of_contact(who, from_s[j], to_s[j], rate_per_s, goal)
+            worth[j], seen[j] = left[who] * each, left[who] * (1.0 - passes)
+            left[who] *= passes
+    return worth, seen
+
+
+@compiled
+def earned_by(found: Contacts, left: Floats, index: SearchIndex) -> tuple[float, float]:
+    """Return what contacts earn, and weight * miss of whom they see, as far as they do.
+
+    ``left`` (N,) is the particles' miss before, and, if the sensor may miss, after them.
+    """
+    particle, from_s, to_s, _, many = found
+    weight, goal, rate_per_s = index.weight, index.goal, index.sensing.rate_per_s
     reward, seen = 0.0, 0.0
-    for j in range(count):
+    for j in range(many):
         who = particle[j]
-        unseen = weight[who] * miss[who]
-        reward += unseen * reward_of(seen_at[j], goal)
-        seen += unseen
+        unseen = weight[who] * left[who]
+        if rate_per_s == np.inf:
+            reward += unseen * worth_of(who, from_s[j], goal)
+            seen += unseen
+        else:
+            passes = passed_by(from_s[j], to_s[j], rate_per_s)
+            reward += unseen * worth_of_contact(who, from_s[j], to_s[j], rate_per_s, goal)
+            seen += unseen * (1.0 - passes)
+            left[who] *= passes
     return reward, seen
+
+
+@compiled
+def take_back(found: Contacts, before: Floats, left: Floats) -> None:
+    """Set what is left, (N,), of the particles in contact back to what was before, (N,)."""
+    for j in range(found.many):
+        left[found.particle[j]] = before[found.particle[j]]
 
 
 @compiled
@@ -342,12 +381,15 @@ def score_all(
     """Return what a flight to and along each candidate earns."""
     (leg_of, transit_of, turns_s), lasts_s = candidates, transits.lasts_s
     around = look_around(departure, transits, transit_of, miss, index)
-    seen_by = np.zeros(len(miss), dtype=np.int32)
-    found = room_for_sightings(len(miss))
-    at_once, still = 0.0, miss.copy()
+    seen_by, beside = np.zeros(len(miss), dtype=np.int32), 0.0
+    on_way, along = no_contacts(len(miss)), no_contacts(len(miss))
+    at_once, still, left = 0.0, miss.copy(), miss.copy()
+    here_s, goal = departure.time_s, index.goal
     for who in around.rays.here:
         still[who] = 0.0
         at_once += index.weight[who] * miss[who]
+        less = worth_of(who, here_s, goal) - reward_of(here_s, goal)  # for others who fly
+        beside += index.weight[who] * miss[who] * less
     many = len(leg_of)
     starts_s, rewards, weights = np.empty(many), np.empty(many), np.empty(many)
     head, following = by_transit(transit_of, len(lasts_s))
@@ -356,16 +398,18 @@ def score_all(
             continue
         arrive_s = departure.time_s + (lasts_s[transit] if transit >= 0 else 0.0)
         marks = Marks(seen_by, transit + 2, transit + 2)
-        count = see_on_the_way(transit, arrive_s, around, marks, found, zero())
-        reward, seen = earned_by(found, count, miss, index)
-        reward += at_once * reward_of(departure.time_s, index.goal)
+        on_way = see_on_the_way(transit, arrive_s, around, marks, emptied(on_way))
+        reward, seen = earned_by(on_way, still, index)
+        reward += at_once * reward_of(here_s, goal) + beside
         c = head[transit + 1]
         while c >= 0:
             start_s = arrive_s + turns_s[c]
             road, marks = RoadFlight(leg_of[c], start_s), Marks(seen_by, transit + 2, -1 - c)
-            count = see_along_road(road, still, marks, index, found, zero())
-            more, others = earned_by(found, count, miss, index)
+            along = see_along_road(road, still, marks, index, emptied(along))
+            take_back(along, still, left)
+            more, others = earned_by(along, left, index)
             starts_s[c], rewards[c] = start_s, reward + more
             weights[c] = seen + at_once + others
             c = following[c]
+        take_back(on_way, miss, still)
     return Earnings(starts_s, rewards, weights)

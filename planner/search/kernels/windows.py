@@ -42,6 +42,7 @@ class Sensing(NamedTuple):
     radius_m: float
     speed_mps: float  # of the UAV
     in_transit: bool  # the sensor is on between roads too
+    rate_per_s: float  # of detection within the radius; infinity: it sees everybody
 
 
 class Reach(NamedTuple):
@@ -316,6 +317,8 @@ def all_windows(
 ) -> tuple[Ints, Windows]:
     """Return who is seen at once, and when and where others can be seen on any ray until a time.
 
+    A sensor that may miss sees nobody at once; whoever is there has a window from the start on.
+
     Only particles that may be unseen still, with ``miss`` (N,) above 0, are looked for.
 
     Returns
@@ -326,7 +329,7 @@ def all_windows(
     pieces, first_piece, end_s, clock = motion[:4]
     fastest_mps = motion.fastest_mps
     start_s, x0, y0 = departure
-    radius_m, speed_mps, _ = sensing
+    radius_m, speed_mps, _, rate_per_s = sensing
     reach_m = padded(radius_m)
     here, at_once = np.empty(len(miss), dtype=np.int32), 0
     of, count = np.empty((len(miss), 2), dtype=np.int64), 0
@@ -345,7 +348,7 @@ def all_windows(
         enter_s, to_s = max(start_s, pieces[k, BEGIN]), min(over_s, end_s[p])
         x, y = place_in(pieces, k, enter_s)
         away_m = np.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
-        if away_m <= radius_m and enter_s == start_s:
+        if away_m <= radius_m and enter_s == start_s and rate_per_s == np.inf:
             here[at_once] = p
             at_once += 1
             continue
