@@ -38,7 +38,8 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
     section = draft.traffic
     if section is None or not section.is_given:
         return None
-    allowed = (draft.folder, *permit.folders)
+    # Absolute: a process elsewhere reads them too.
+    allowed = tuple(folder.absolute() for folder in (draft.folder, *permit.folders))
     given_as, config = _config(section, draft, network, allowed)
     traffic = Traffic(
         given_as=given_as,
@@ -72,9 +73,9 @@ def _config(
     """Return what is taken of a configuration, or of a section as if it were one."""
     if section.sumocfg is None:
         files = {"route-files": section.routes or (), "additional-files": section.additional or ()}
-        paths = {key: tuple(draft.folder / name for name in names) for key, names in files.items()}
+        paths = {key: tuple(allowed[0] / name for name in names) for key, names in files.items()}
         return draft.path, SumoConfig((), paths, ())
-    path = draft.folder / section.sumocfg
+    path = allowed[0] / section.sumocfg
     refuse_outside(path, draft.path, allowed)
     config = read_config(path)
     for net in config.files.get("net-file", ()):

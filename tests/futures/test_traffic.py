@@ -245,3 +245,12 @@ def test_bologna_runs_as_it_is(tmp_path: Path) -> None:
     assert seen_of(config.parent) == before
     assert 500 < found.warm.vehicles < 700
     assert found.buses > 0
+
+
+def test_paths_are_the_same_from_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_traffic(tmp_path / "own")
+    monkeypatch.chdir(tmp_path)
+    opened = traffic_at(Path("own"), Permit((Path(),)))
+    assert opened.traffic is not None
+    paths = [*opened.traffic.routes, *opened.traffic.allowed, opened.traffic.given_as]
+    assert all(path.is_absolute() for path in (*paths, *dict(opened.traffic.files)))
