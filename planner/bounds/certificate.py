@@ -79,18 +79,19 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     if problem.start is not None:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
-    if not problem.sensor.is_perfect:
-        raise NotApplicableError("there is no bound yet for a sensor that may miss")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None
     objective = problem.objective
-    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
+    earned = evaluate(plan.tracks, problem.futures, problem.sensor, objective).reward
+    if not problem.sensor.is_perfect:
+        # Who misses nothing earns no less: its bound is one for a sensor that may miss, too.
+        problem = problem.replace(sensor=problem.sensor.without_misses)
     if problem.uav.aircraft is not None:
         sees_m = problem.sensor.radius_m + problem.uav.strays_m
         wider = replace(problem.sensor, radius_m=sees_m)
         problem = problem.replace(uav=problem.uav.fastest, sensor=wider)
-    earned, weight = objective.reward(seen_at), problem.futures.weight
+    weight = problem.futures.weight
     value = objective.value(float(weight @ earned))
     earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
