@@ -25,6 +25,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
@@ -157,8 +158,10 @@ def write_replanned(
     found: Replanned,
     planning: Recording,
     parent: Mapping[str, Any],
-) -> tuple[tables.MethodRow, Futures]:
-    """Write the run of what is left of another one; return what it is worth, and on which targets.
+) -> tuple[tables.MethodRow, Evaluation, Futures]:
+    """Write the run of what is left of another one.
+
+    Returns its row in a table, what it is worth on fresh targets, and these.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ def write_replanned(
     whole = _evaluated(arguments, targets, planned, None)
     if folder is not None:
         _write_all(folder, arguments, targets, whole, watch)
-    return whole.row, whole.met
+    return whole.row, whole.trial.evaluated, whole.met
 
 
 def _write_all(
@@ -338,6 +341,13 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
+    yield from filter(
+        None,
+        (
+            sentences.as_if_perfect({found.row.method: trial.evaluated}),
+            sentences.hidden_line(opened.scenario.truth.hidden),
+        ),
+    )
     yield from _hints(found, own=own is not None)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"
