@@ -34,7 +34,7 @@ from planner.progress import Progress
 from planner.scenario.sections import SensorSection
 from planner.search.fleet import fleet
 from planner.search.greedy_options import GreedyOptions
-from planner.search.methods import Method, Planner
+from planner.search.methods import Method, Planner, plans_for_misses
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
 from planner.search.searched import named_as_before, searched_problem
@@ -386,6 +386,8 @@ def make_plan(
     if holdout is not None and (budget.free if method.moves_freely else method.proposes):
         extra["proposals"] = recorder.proposals(futures)
     problems = [one.replace(**extra) for one in problems_of(opened, futures, method=method)]
+    if not plans_for_misses(method.name):
+        problems = [one.replace(sensor=one.sensor.without_misses) for one in problems]
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _within_airspace(_planner(method, opened, recorder))
     if sum(one.uav.sorties for one in problems) > 1:
