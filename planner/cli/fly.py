@@ -72,6 +72,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_track(parser)
     _add_live(parser)
+    _add_alarms(parser)
     add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="overwrite the files")
 
@@ -89,6 +90,39 @@ def _add_live(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with --live: fly new plans that pass all checks, without a person's yes",
     )
+
+
+def _add_alarms(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--alarms",
+        type=_per_second,
+        metavar="1/600",
+        help="with so many false alarms a second of search: the plan flown late, and planned anew",
+    )
+    parser.add_argument(
+        "--alarm-s",
+        type=span,
+        metavar="S",
+        help="with --alarms: how long it takes to dismiss one (default: 120)",
+    )
+    parser.add_argument(
+        "--sequences",
+        type=count,
+        metavar="N",
+        help="with --alarms: how many flights (default: 16)",
+    )
+
+
+def _per_second(text: str) -> float:
+    """Return how often something happens, written as 1/600 or 0.002."""
+    many, _, seconds = text.partition("/")
+    try:
+        rate = float(many) / float(seconds or 1.0)
+    except (ValueError, ZeroDivisionError):
+        rate = 0.0
+    if not 0.0 < rate <= 1.0:
+        raise argparse.ArgumentTypeError(f"should be a rate, as 1/600 a second, not {text!r}")
+    return rate
 
 
 def _add_track(parser: argparse.ArgumentParser) -> None:
@@ -163,6 +197,12 @@ def run(arguments: argparse.Namespace) -> int:
         from planner.cli.live import fly_live
 
         return fly_live(arguments)
+    if arguments.alarms is not None:
+        from planner.cli.alarmed import fly_alarmed
+
+        return fly_alarmed(arguments)
+    if arguments.alarm_s is not None or arguments.sequences is not None:
+        raise InputError("--alarm-s, --sequences: go with --alarms; give it, or neither of them")
     if arguments.auto:
         raise InputError("--auto: goes with --live; give both, or leave it out")
     _refuse_without_track(arguments)

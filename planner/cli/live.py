@@ -5,26 +5,24 @@ import json
 import select
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from planner.cli.news_arguments import heard_line, setting_of
+from planner.cli.news_arguments import line_of, named, setting_of
 from planner.cli.printing import console
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.flyable import against
 from planner.files import alone_at
-from planner.guard import parsed_json
 from planner.interrupts import first_interrupt_asks
-from planner.mission.live import DECIDE_S, Live, Proposal, ends
-from planner.mission.news_words import Setting, time_of
+from planner.mission.live import BEST, DECIDE_S, Live, Offer, ends
+from planner.mission.news_words import Heard, Setting, heard, time_of
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
 from planner.mission.run_folder import open_run, refuse_no_run
 from planner.report import news_lines
-from planner.search.methods import method_named
 
 POLL_S = 0.2  # between two looks at the file
 NAME = "live.jsonl"  # in the run's folder
@@ -34,32 +32,29 @@ def fly_live(arguments: argparse.Namespace) -> int:
     """Read news until the target is found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory)
-    written = arguments.output or arguments.directory / NAME
-    recorder = Remembering(opened, arguments.jobs)
-    live = Live(
-        Mission(recorder, stored.plan, method_named("best")),
-        against,
-        decide_s=0.0 if arguments.auto else DECIDE_S,
-    )
-    mission = live.mission
+    written: Path = arguments.output or arguments.directory / NAME
+    mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     mission.warm_up()
-    setting = setting_of(opened, stored, stored.plan.take_off_s, arguments.live.parent)
-    told = _Told(written, arguments)
+    live = Live(mission, against, decide_s=0.0 if arguments.auto else DECIDE_S)
+    watch = _Watch(setting_of(opened, stored, stored.plan.take_off_s, arguments.live.parent))
+    listener = _Listener(written, auto=arguments.auto, as_json=arguments.json)
     with alone_at(written), first_interrupt_asks() as asked:
-        told.begins(arguments.live, stored.plan.end_s)
-        watch = _Watch(setting)
-        for line in _lines(arguments.live, asked, watch, lambda: mission.plan.end_s):
+        until = clock(stored.plan.end_s)
+        listener.say(f"reads {arguments.live} until {until}; plans go to {written}; Ctrl-C ends")
+
+        def is_over() -> bool:
+            return asked() or watch.now_s >= mission.plan.end_s
+
+        for line in _lines(arguments.live, is_over):
             try:
-                heard, now_s = watch.heard(line)
-                told.say("; ".join(heard.said))
-                if ends(heard):
+                meant, now_s = watch.heard(line)
+                listener.say("; ".join(meant.said))
+                if ends(meant):
                     break
-                for proposal in live.hear(heard, now_s):
-                    if told.decides(proposal):
-                        live.take(proposal)
+                live.hear(meant, now_s, listener.decides)
             except InputError as error:
-                told.say(f"the plan there was stands: {error}")
-    told.say(f"all plans taken are in {written}")
+                listener.say(f"the plan there was stands: {error}")
+    listener.say(f"all plans taken are in {written}")
     return 0
 
 
@@ -83,24 +78,22 @@ class _Watch:
         """Seconds on the target's clock: of the day, or as if it had taken off at the start."""
         return self._zero_s + time.monotonic() - self._begun_s
 
-    def heard(self, line: _Line) -> Any:
+    def heard(self, line: _Line) -> tuple[Heard, float]:
         """Return what a line means, and when it is told."""
-        try:
-            said = parsed_json(line.text)
+        with named(f"line {line.number}"):
+            said = line_of(line.text)
             setting = self._setting._replace(now_s=self.now_s)
-            if isinstance(said, dict) and "now" in said:
+            if "now" in said:
                 now_s = time_of("now", said.pop("now"), setting)
                 self._zero_s += now_s - self.now_s
                 setting = setting._replace(now_s=now_s)
-            return heard_line(json.dumps(said), setting), setting.now_s
-        except (ValueError, InputError) as error:
-            raise InputError(f"line {line.number}: {error}") from error
+            return heard(said, setting), setting.now_s
 
 
-def _lines(file: Path, asked: Any, watch: _Watch, ends_s: Any) -> Iterator[_Line]:
-    """Yield the lines of a file as they are appended, until the flight is over or it is ended."""
+def _lines(file: Path, is_over: Callable[[], bool]) -> Iterator[_Line]:
+    """Yield the lines of a file as they are appended, until it is over."""
     read, number = 0, 0
-    while not asked() and watch.now_s < ends_s():
+    while not is_over():
         content = file.read_bytes() if file.is_file() else b""
         whole = content.rfind(b"\n") + 1
         for text in content[read:whole].decode("utf-8", "replace").splitlines():
@@ -112,11 +105,11 @@ def _lines(file: Path, asked: Any, watch: _Watch, ends_s: Any) -> Iterator[_Line
         read = max(read, whole)
 
 
-class _Told:
-    """Says what comes, asks, and writes what is taken."""
+class _Listener:
+    """Tells a person, or a program, what comes, and writes what is taken."""
 
-    def __init__(self, written: Path, arguments: argparse.Namespace) -> None:
-        self._written, self._auto, self._json = written, arguments.auto, arguments.json
+    def __init__(self, written: Path, *, auto: bool, as_json: bool) -> None:
+        self._written, self._auto, self._json = written, auto, as_json
         self._out = console()
 
     def say(self, text: str) -> None:
@@ -124,40 +117,34 @@ class _Told:
         if not self._json:
             self._out.print(text, soft_wrap=True)
 
-    def begins(self, file: Path, end_s: float) -> None:
-        """Say what is waited for."""
-        self.say(f"reads {file}, until {clock(end_s)}; plans go to {self._written}; Ctrl-C ends")
-
-    def decides(self, proposal: Proposal) -> bool:
-        """Return whether a proposal is flown."""
-        took = f"{proposal.took_s:.1f} s, by {proposal.by}"
-        for line in proposal.wrong:
-            self.say(f"the plan there was stands ({took}): {line}")
-        if not proposal.is_new:
-            if not proposal.wrong:
-                self.say(f"the plan there was goes on ({took}): nothing better was found")
+    def decides(self, offer: Offer) -> bool:
+        """Return whether an offer is flown; one that is, is written."""
+        self.say(news_lines.offer_line(offer))
+        if not offer.is_new:
             return False
-        (track,) = proposal.plan.tracks
-        lead = proposal.found.lead
-        gain = news_lines.saving(proposal.found, lead)
-        self.say(f"from {clock(proposal.going_on.at_s)} ({took}): {gain}")
-        is_quick = proposal.by != "best"
-        if not self._auto and (is_quick or not self._yes()):
-            if not is_quick:
+        if not self._auto:
+            if offer.is_quick:  # the best one comes before anybody has looked at it
+                return False
+            if not self._yes():
                 self.say("nobody said yes: the plan there was goes on")
-            return False
+                return False
+        self._write(offer)
+        return True
+
+    def _write(self, offer: Offer) -> None:
+        (track,) = offer.plan.tracks
         row = {
-            "from_s": proposal.going_on.at_s,
-            "by": proposal.by,
-            "took_s": round(proposal.took_s, 3),
-            "waypoints": waypoints(track, proposal.going_on.opened.network),
+            "from_s": offer.going_on.at_s,
+            "by": offer.found.attempt.method,
+            "took_s": round(offer.took_s, 3),
+            "waypoints": waypoints(track, offer.going_on.opened.network),
             "sensor_on": track.sensor_on.tolist(),
         }
+        text = json.dumps(row, allow_nan=False)
         with self._written.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row, allow_nan=False) + "\n")
+            file.write(text + "\n")
         if self._json:
-            print(json.dumps(row, allow_nan=False), flush=True)
-        return True
+            print(text, flush=True)
 
     def _yes(self) -> bool:
         if sys.stdin is None or not sys.stdin.isatty():

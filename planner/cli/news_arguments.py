@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,7 @@ def setting_of(opened: OpenScenario, stored: StoredPlan, at_s: float, folder: Pa
     """Return where and when news of a run is said."""
     reading = replace(reading_of(opened, stored, Wanted()), sensor_from_m=0.0)
     sighted_at = opened.scenario.target.sighted_at
-    return Setting(opened.network, sighted_at, at_s, folder, reading)
+    return Setting(opened.network, sighted_at, at_s, folder, reading=reading)
 
 
 def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
@@ -74,7 +75,7 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
     """
     found = Heard(same_source=arguments.same_source, insist=arguments.insist)
     for text in arguments.report:
-        with _of("--report"):
+        with named("--report"):
             found = found.then(heard(sentence(text), setting))
     if arguments.news is not None:
         for one in news_of_file(arguments.news, setting):
@@ -85,7 +86,7 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
         line: dict[str, Any] = {"kind": "searched", "track": str(arguments.searched.resolve())}
         line |= {"radius_m": arguments.radius_m}
         line |= {} if arguments.detects is None else {"detects": arguments.detects}
-        with _of("--searched"):
+        with named("--searched"):
             found = found.then(heard(line, setting))
     elif arguments.radius_m is not None or arguments.detects is not None:
         raise InputError("--radius-m, --detects: go with --searched; give it, or neither of them")
@@ -96,31 +97,25 @@ def news_of_file(file: Path, setting: Setting) -> Iterator[Heard]:
     """Yield what each line of a file means."""
     for number, text in enumerate(read_text(file, LARGEST_NEWS).splitlines(), 1):
         if text.strip():
-            with _of(f"{file}: line {number}"):
-                yield heard_line(text, setting._replace(folder=file.parent))
+            with named(f"{file}: line {number}"):
+                yield heard(line_of(text), setting._replace(folder=file.parent))
 
 
-def heard_line(text: str, setting: Setting) -> Heard:
-    """Return what one line of JSON means."""
+def line_of(text: str) -> dict[str, Any]:
+    """Return what a line of JSON holds."""
     try:
         line = parsed_json(text)
     except ValueError as error:
         raise InputError(f"is no JSON ({error}); write one object a line") from error
     if not isinstance(line, dict):
         raise InputError('is no object; write {"kind": "report", ...}')
-    return heard(line, setting)
+    return line
 
 
-class _of:
-    """Names where a fault is."""
-
-    def __init__(self, where: str) -> None:
-        self._where = where
-
-    def __enter__(self) -> None:
-        """Begin."""
-
-    def __exit__(self, kind: object, error: BaseException | None, _: object) -> None:
-        """Name the place of a fault."""
-        if isinstance(error, InputError):
-            raise InputError(f"{self._where}: {error}") from error
+@contextmanager
+def named(where: str) -> Iterator[None]:
+    """Name where a fault is that is found meanwhile."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error

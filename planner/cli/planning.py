@@ -25,6 +25,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
@@ -157,8 +158,10 @@ def write_replanned(
     found: Replanned,
     planning: Recording,
     parent: Mapping[str, Any],
-) -> tuple[tables.MethodRow, Futures]:
-    """Write the run of what is left of another one; return what it is worth, and on which targets.
+) -> tuple[tables.MethodRow, Evaluation, Futures]:
+    """Write the run of what is left of another one.
+
+    Returns its row in a table, what it is worth on fresh targets, and these.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ def write_replanned(
     whole = _evaluated(arguments, targets, planned, None)
     if folder is not None:
         _write_all(folder, arguments, targets, whole, watch)
-    return whole.row, whole.met
+    return whole.row, whole.trial.evaluated, whole.met
 
 
 def _write_all(

@@ -84,7 +84,6 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.follow import contact
     from planner.mission.plan_file import figures
     from planner.mission.replan import replanned, sooner
-    from planner.provenance import sha256_of_file
     from planner.report import news_lines
     from planner.search.methods import method_named
 
@@ -94,7 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
     opened, stored = run_folder.open_run(arguments.directory)
     at_s, heard = _heard(arguments, opened, stored)
     if arguments.output is None:
-        arguments.output = Path(f"{arguments.directory}-{at_s:.0f}s")
+        whole = arguments.directory.resolve()
+        arguments.output = whole.with_name(f"{whole.name}-{at_s:.0f}s")
     with ExitStack() as stack:
         names = (*run_folder.RUN, *certificate_file.PROOF)
         folder = output_folder(stack, arguments, names)
@@ -103,31 +103,38 @@ def run(arguments: argparse.Namespace) -> int:
         holdout = holdout_recorded(arguments, going_on.opened, method)
         recorder = recorder_of(arguments, going_on.opened)
         found = replanned(going_on, recorder, method, planning.futures, holdout=holdout)
-        parent = {
-            "run": arguments.directory.name,
-            "sha256": sha256_of_file(arguments.directory / run_folder.PLAN),
-            "at_s": going_on.at_s,
-            "kept": found.is_kept,
-        }
-        row, fresh = write_replanned(folder, arguments, found, planning, parent)
+        parent = _parent(arguments.directory, found)
+        row, new, fresh = write_replanned(folder, arguments, found, planning, parent)
     problem = found.problem
-    assert row.evaluated is not None
     old = evaluate(going_on.incumbent.tracks, fresh, problem.sensor, problem.objective)
-    lead = sooner(row.evaluated, old, going_on.at_s)
+    lead = sooner(new, old, going_on.at_s)
     summary: dict[str, Any] = {
         "parent": parent,
         "understood": list(heard.said),
-        "evaluated": figures(row.evaluated),
+        "evaluated": figures(new),
         "as_it_was": figures(old),
         "sooner": lead._asdict(),
         "directory": str(arguments.output),
     }
     blocks = [*_blocks(found, row, lead, heard)]
     if arguments.lost_at is not None:
-        summary["in_contact"] = contact(row.evaluated)
-        blocks.append(news_lines.contact_line(row.evaluated, old))
+        summary["in_contact"] = contact(new)
+        blocks.append(news_lines.contact_line(new, old))
     print_result(arguments, summary, [*blocks, f"written to {arguments.output}"])
     return 0
+
+
+def _parent(folder: Path, found: "Replanned") -> dict[str, Any]:
+    """Return of which run a new one is the rest, as ``plan.json`` has it."""
+    from planner.mission.run_folder import PLAN
+    from planner.provenance import sha256_of_file
+
+    return {
+        "run": folder.resolve().name,
+        "sha256": sha256_of_file(folder / PLAN),
+        "at_s": found.resumed.at_s,
+        "kept": found.is_kept,
+    }
 
 
 def _refuse_own_futures(folder: Path) -> None:

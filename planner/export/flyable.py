@@ -5,11 +5,11 @@ from planner.errors import InputError
 from planner.export.checks import faults
 from planner.export.from_run import run_flight
 from planner.flight.plan import ROUNDING_S, Plan
+from planner.futures.none import NO_TARGETS
 from planner.mission.aircraft import aircraft_of
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.mission.recorder import problem_of
-from planner.mission.replan import nobody
 from planner.network.georeference import is_georeferenced
 
 
@@ -19,7 +19,7 @@ def against(opened: OpenScenario, plan: Plan) -> list[str]:
     A real aircraft's is what an export checks; the ideal one's, the battery, the way home and the
     airspace.
     """
-    problem = problem_of(opened, nobody())
+    problem = problem_of(opened, NO_TARGETS)
     if aircraft_of(opened.scenario.uav) is not None and is_georeferenced(opened.network):
         stored = StoredPlan(plan, problem.sensor, problem.objective, {})
         return [*faults(run_flight(opened, stored), most_waypoints=None)]

@@ -13,9 +13,10 @@ import numpy as np
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
+from planner.futures.none import NO_TARGETS
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import problem_of
-from planner.mission.replan import Resumed, Standing, nobody
+from planner.mission.replan import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
 from planner.network.place_words import Where
 from planner.scenario.toml_text import toml_text
@@ -51,41 +52,52 @@ def lost(
     InputError
         If no time is left to search.
     """
-    scenario, at_s, left_s = opened.scenario, standing.at_s, standing.left_s
-    zero_s = at_s - gap_s
-    horizon_s = scenario.search.horizon_s - zero_s
-    if not gap_s < horizon_s or zero_s < 0.0:
+    _refuse_no_time(opened, standing, gap_s)
+    changes = _changes(opened, place, standing, gap_s)
+    overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
+    anew = open_scenario(folder / PROVENANCE, overrides=overrides)
+    there = problem_of(anew, NO_TARGETS)
+    waits = plan_of_wait(there, "hover", there.uav.x_m, there.uav.y_m)
+    return Resumed(anew, waits, gap_s)
+
+
+def _refuse_no_time(opened: OpenScenario, standing: Standing, gap_s: float) -> None:
+    horizon_s, zero_s = opened.scenario.search.horizon_s, standing.at_s - gap_s
+    if not 0.0 <= zero_s < standing.at_s < horizon_s:
         raise InputError(
-            f"--gap {gap_s:g}: the search is from 0:00:00 to {clock(scenario.search.horizon_s)}, "
-            f"and it was lost at {clock(max(0.0, zero_s))}; give another time"
+            f"--gap {gap_s:g}: the search is from 0:00:00 to {clock(horizon_s)}, and it was lost "
+            f"at {clock(zero_s)}; give another time"
         )
-    if scenario.target.mix is not None:
+    if opened.scenario.target.mix is not None:
         raise InputError("target.mix: is several beliefs, none of which starts at the loss anew")
+
+
+def _changes(
+    opened: OpenScenario, place: Where, standing: Standing, gap_s: float
+) -> dict[str, Any]:
+    """Return what is another way from now on, by key of the scenario."""
+    scenario, zero_s, left_s = opened.scenario, standing.at_s - gap_s, standing.left_s
     if left_s is None:
-        uav = problem_of(opened, nobody()).uav
-        left_s = uav.landing_s - at_s if np.isfinite(uav.landing_s) else None
+        landing_s = problem_of(opened, NO_TARGETS).uav.landing_s
+        left_s = landing_s - standing.at_s if np.isfinite(landing_s) else None
     x_m, y_m = standing.xy_m or (place.x_m, place.y_m)
     in_air = {"place": {"x_m": x_m, "y_m": y_m}, "at_s": gap_s}
-    start = {"x_m": place.x_m, "y_m": place.y_m, "radius_m": RADIUS_M}
     changes: dict[str, Any] = {
         "uav.in_air": in_air | ({} if left_s is None else {"left_s": left_s}),
         "uav.take_off_s": 0.0,
-        "search.horizon_s": horizon_s,
+        "search.horizon_s": scenario.search.horizon_s - zero_s,
         "news": {},
     }
     for key in ("target", "truth"):
         changes |= {
-            f"{key}.start": start,
+            f"{key}.start": {"x_m": place.x_m, "y_m": place.y_m, "radius_m": RADIUS_M},
             f"{key}.distance_m": "anywhere",
             f"{key}.last_seen_ago_s": 0.0,
         }
         if scenario.target.sighted_at is not None:
             moment = scenario.target.sighted_at + timedelta(seconds=zero_s)
             changes[f"{key}.sighted_at"] = moment.isoformat()
-    overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
-    anew = open_scenario(folder / PROVENANCE, overrides=overrides)
-    waits = plan_of_wait(problem_of(anew, nobody()), "hover", x_m, y_m)
-    return Resumed(anew, waits, gap_s)
+    return changes
 
 
 def contact(search: Evaluation, every_s: float = EVERY_S) -> float:

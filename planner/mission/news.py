@@ -48,12 +48,12 @@ def given(
         return futures
     silent = _Silence(futures, network, news, speed_mps)
     likelihood = silent.missed_by(FOREVER_S)
-    absent = np.ones(int(futures.target.max(initial=0)) + 1)
+    absent = np.ones(_targets(futures))
     for one in news:
         if isinstance(one, ReportNews):
             rows = futures.target == one.target
             likelihood *= np.where(rows, silent.report(one), 1.0)
-            absent[one.target : one.target + 1] *= 1.0 - one.sure
+            absent[one.target] *= 1.0 - one.sure
     found = [one.target for one in news if isinstance(one, FoundNews)]
     weight = posterior(futures, likelihood, absent)
     return futures.reweighted(np.where(np.isin(futures.target, found), 0.0, weight))
@@ -107,7 +107,7 @@ class _Silence:
         """Return what was believed of a report's target when it was heard, but for reports."""
         mine = self._futures.target == one.target
         unseen = np.where(mine, self.missed_by(one.heard_s), 1.0)
-        absent = np.ones(int(self._futures.target.max(initial=0)) + 1)
+        absent = np.ones(_targets(self._futures))
         return np.where(mine, posterior(self._futures, unseen, absent), 0.0)
 
     def _missed(self, one: NothingNews | SearchedNews, time_s: float) -> Floats:
@@ -127,6 +127,11 @@ class _Silence:
     def _sensor(self, one: SearchedNews) -> Sensor:
         rate_per_s = rate_of(one.detects, one.radius_m, one.speed_mps or self._speed_mps)
         return Sensor(one.radius_m, rate_per_s=rate_per_s)
+
+
+def _targets(futures: Futures) -> int:
+    """Return how many targets particles are of."""
+    return int(futures.target.max(initial=0)) + 1
 
 
 def track_of(one: SearchedNews) -> Track:
@@ -191,8 +196,17 @@ def refuse_unlikely(
         )
 
 
+def target_faults(news: Sequence[News], targets: int = 1) -> Iterator[Fault]:
+    """Yield news of targets that there are not."""
+    for k, one in enumerate(news):
+        if isinstance(one, ReportNews | FoundNews) and one.target >= targets:
+            most = "there is one, target 0" if targets == 1 else f"they are 0 to {targets - 1}"
+            yield Fault(f"news.heard[{k}].target", f"{one.target} is none of the targets; {most}")
+
+
 def news_faults(news: Sequence[News], network: RoadNetwork) -> Iterator[Fault]:
     """Yield what news names that the net does not have."""
+    yield from target_faults(news)
     for k, one in enumerate(news):
         if not isinstance(one, ReportNews | NothingNews):
             continue

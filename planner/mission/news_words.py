@@ -5,6 +5,7 @@ last seen, a time of day where the scenario says when that was (``target.sighted
 ago as in "-5min". All that is not understood is refused in one line.
 """
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,28 +18,31 @@ import numpy as np
 from planner.clock import seconds, span, when
 from planner.errors import InputError
 from planner.messages import as_written, suggestion
+from planner.mission.news import target_faults
 from planner.mission.replan import Standing
+from planner.network.georeference import coordinates
 from planner.network.place_words import Where, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.faults import faults_of
-from planner.scenario.news import News, NewsSection
+from planner.scenario.news import KINDS, News
 from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
 
 RADIUS_M = 200.0  # how well a place is known, where nobody says
 STREET_M = 30.0  # how far from its line who drives on a street may be
-SENTENCES = (
-    re.compile(
-        r"(?:seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*(?P<sure>[\d.]+\s*%?)"
-        r"(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>[\d.]+)\s*m)?",
+NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)"
+HOW_SURE = rf"(?P<sure>{NUMBER}\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>{NUMBER})\s*m)?"
+SENTENCES = {  # in the order in which they are tried
+    "nothing": re.compile(
+        rf"nothing\s+(?:at\s+)?(?P<place>.+?)\s+from\s+(?P<from>.+?)\s+to\s+(?P<to>[^,]+),\s*"
+        rf"{HOW_SURE}",
         re.IGNORECASE,
     ),
-    re.compile(
-        r"nothing\s+(?:at\s+)?(?P<place>.+?)\s+from\s+(?P<from>.+?)\s+to\s+(?P<to>[^,]+),\s*"
-        r"(?P<sure>[\d.]+\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>[\d.]+)\s*m)?",
+    "report": re.compile(
+        rf"(?:seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*{HOW_SURE}",
         re.IGNORECASE,
     ),
-)
+}
 FORMS = (
     '"seen at PLACE at 14:20, 70 % sure" or "nothing at PLACE from 14:10 to 14:20, 80 %", each '
     'with ", within 200 m" if that is known'
@@ -60,6 +64,7 @@ class Setting(NamedTuple):
     sighted_at: datetime | None  # which moment time 0 is; None: nobody said
     now_s: float  # seconds on the target's clock
     folder: Path = Path()  # where relative paths start
+    targets: int = 1  # how many there are
     reading: Reading | None = None  # how recorded flights are understood; None: there are none
 
 
@@ -99,7 +104,7 @@ def sentence(text: str) -> dict[str, Any]:
         If it is none that is known.
     """
     said = " ".join(text.split())
-    for kind, form in zip(("nothing", "report"), reversed(SENTENCES), strict=True):
+    for kind, form in SENTENCES.items():
         found = form.fullmatch(said)
         if found is not None:
             known = {key: value for key, value in found.groupdict().items() if value}
@@ -116,9 +121,9 @@ def heard(line: Mapping[str, Any], setting: Setting) -> Heard:
         If it means nothing; the text names the key and the remedy.
     """
     kind = line.get("kind")
-    if kind not in KEYS:
+    if not isinstance(kind, str) or kind not in KEYS:
         hint = suggestion(str(kind), KEYS)
-        raise InputError(f"kind: {as_written(str(kind))} is no kind of news; {hint}")
+        raise InputError(f"kind: {as_written(kind)} is no kind of news; {hint}")
     unknown = sorted({*line} - KEYS[kind] - {"kind", "at"})
     if unknown:
         hint = suggestion(unknown[0], KEYS[kind])
@@ -200,19 +205,24 @@ class _Line:
         return Heard(standing=standing, said=tuple(said))
 
     def _news(self, kind: str, table: Mapping[str, Any], said: str) -> Heard:
-        section, errors = NewsSection.attempt({"heard": [{"kind": kind, **table}]})
-        if errors or section is None or section.heard is None:
-            fault = next(iter(faults_of("", NewsSection, errors)))
-            key = fault.key.removeprefix(".heard[0]").removeprefix(".")
-            raise InputError(f"{key or kind}: {fault.text}")
-        return Heard(news=section.heard, said=(said,))
+        section, errors = KINDS[kind].checked({"kind": kind, **table})
+        if errors:
+            fault = next(iter(faults_of("", KINDS[kind], errors)))
+            key = fault.key.removeprefix(".")
+            raise InputError(f"{key}: {fault.text}" if key else fault.text)
+        one: Any = section
+        faults = [*target_faults([one], self._setting.targets)]
+        if faults:
+            raise InputError(f"target: {faults[0].text}")
+        return Heard(news=(one,), said=(said,))
 
     # Values
 
     def _place(self, *, moved: bool = True) -> Where:
         said = self._line.get("place")
         if isinstance(said, Mapping) and {*said} == {"x_m", "y_m"}:
-            return Where(float(said["x_m"]), float(said["y_m"]), "x, y")
+            x_m, y_m = (_finite(f"place.{key}", said[key]) for key in ("x_m", "y_m"))
+            return Where(x_m, y_m, coordinates(self._setting.network, np.array([x_m, y_m])))
         if not isinstance(said, str):
             raise InputError("place: should be a place in words, or { x_m, y_m }; give one")
         place = where(said, self._setting.network)
@@ -225,16 +235,16 @@ class _Line:
 
     def _span(self, key: str) -> float:
         value = self._line.get(key)
-        if isinstance(value, int | float) and not isinstance(value, bool) and value >= 0:
-            return float(value)
         if isinstance(value, str):
             return span(value)
-        raise InputError(f"{key}: is missing; give how long, as 90s or 2min")
+        if value is None or _finite(key, value) < 0.0:
+            raise InputError(f"{key}: is missing, or negative; give how long, as 90s or 2min")
+        return _finite(key, value)
 
     def _share(self, key: str) -> float:
         value = self._line.get(key)
         if isinstance(value, str):
-            found = re.fullmatch(r"([\d.]+)\s*(%?)", value.strip())
+            found = re.fullmatch(rf"({NUMBER})\s*(%?)", value.strip())
             value = float(found[1]) / (100.0 if found[2] else 1.0) if found else None
         if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
             raise InputError(f"{key}: should be a probability; write 0.7 or 70 %")
@@ -242,16 +252,22 @@ class _Line:
 
     def _number(self, key: str, usual: float) -> float:
         value = self._line.get(key, usual)
-        try:
-            return float(value)
-        except (TypeError, ValueError):
-            raise InputError(f"{key}: should be a number, not {as_written(value)}") from None
+        is_number = isinstance(value, str) and re.fullmatch(NUMBER, value.strip())
+        return float(value) if is_number else _finite(key, value)
 
     def _flag(self, key: str) -> bool:
         value = self._line.get(key, False)
         if not isinstance(value, bool):
             raise InputError(f"{key}: should be true or false, not {as_written(value)}")
         return value
+
+
+def _finite(key: str, value: object) -> float:
+    """Return a finite number."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value):  # type: ignore[arg-type]
+        raise InputError(f"{key}: should be a number, not {as_written(value)}")
+    return float(value)  # type: ignore[arg-type]
 
 
 def time_of(key: str, value: object, setting: Setting) -> float:

@@ -1,11 +1,11 @@
 """A mission in the air, held in memory: it hears news and plans anew at once."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from planner.belief.mixture import Belief
-from planner.belief.sampling import Sampling
+from planner.belief.recipe import Drawn, OneTarget
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -39,20 +39,13 @@ class Remembering(Recorder):
         """Return the same for a scenario that differs in the UAV and in news only."""
         return replace(self, opened=opened)
 
-    def _drawn(
-        self,
-        prior: Belief,
-        n: int,
-        name: Sequence[str | int],
-        *,
-        sampling: Sampling = "iid",
-        seed: int | None = None,
-        note: Note | None = None,
+    def _recorded(
+        self, recipe: Drawn | OneTarget, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
-        key = (prior is self.opened.prior, n, tuple(name), sampling, seed)
+        many = recipe.count if isinstance(recipe, Drawn) else 1
+        key = many, json.dumps(described, sort_keys=True)
         if key not in self.memory:
-            how: Any = {"sampling": sampling, "seed": seed, "note": note}
-            self.memory[key] = super()._drawn(prior, n, name, **how)
+            self.memory[key] = super()._recorded(recipe, described, note)
         found: Recording = self.memory[key]
         return found
 
@@ -117,7 +110,7 @@ class Mission:
         known = with_news(self.opened.news, news, same_source=same_source)
         found = resumed(self.opened, self.plan, standing, known)
         if not insist:
-            refuse_unlikely_reports(found.opened, self._believed(), news)
+            refuse_unlikely_reports(found.opened, self.believed(), news)
         return found
 
     def planned(
@@ -135,11 +128,11 @@ class Mission:
             self.flown = more if self.flown is None else self.flown.then(more)
         self.recorder, self.plan = self.recorder.now(going_on.opened), plan
 
+    def believed(self) -> Futures:
+        """Return the particles that are planned on, as believed before any news."""
+        return self.recorder.now(without_news(self.opened)).planning().futures
+
     def _particles(self, recorder: Recorder, method: Method) -> tuple[Futures, Futures | None]:
         """Return the particles to plan on, and those to choose on."""
         needs = needs_holdout(method, recorder.opened)
         return recorder.planning().futures, recorder.holdout().futures if needs else None
-
-    def _believed(self) -> Futures:
-        """Return the particles that are planned on, as believed before any news."""
-        return self.recorder.now(without_news(self.opened)).planning().futures

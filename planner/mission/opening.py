@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.belief.caution import cautious
 from planner.belief.distribution import distribution
 from planner.belief.mixture import Belief, Mixture
 from planner.belief.prior import Known, prior_of
@@ -136,7 +137,11 @@ def open_scenario(
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=_belief("target", scenario.target, network, known),
+        prior=cautious(
+            _belief("target", scenario.target, network, known),
+            scenario.target.caution or 0.0,
+            network,
+        ),
         truth_prior=_belief("truth", scenario.truth, network, known),
         airspace=airspaces[0],
         traffic=traffic,

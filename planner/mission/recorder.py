@@ -192,26 +192,14 @@ class Recorder:
             f"{many:,}",
             len(parts),
         )
-        pool = Recording(
-            first.path,
-            pooled([part.futures for part in parts]),
-            tuple(speed for part in parts for speed in part.speed_mps),
-            tuple(route for part in parts for route in part.route),
-        )
-        return self._left(pool)
+        return self._left(Recording.pooled(parts))
 
     def _left(self, drawn: Recording) -> Recording:
         """Return what news leaves of targets; all that it rules out are left out."""
         if not self.opened.news:
             return drawn
         futures = self._given(drawn.futures)
-        index = np.flatnonzero(futures.weight)
-        return Recording(
-            drawn.path,
-            futures.take(index),
-            tuple(drawn.speed_mps[k] for k in index),
-            tuple(drawn.route[k] for k in index),
-        )
+        return replace(drawn, futures=futures).take(np.flatnonzero(futures.weight))
 
     def _suffices(self, parts: Sequence[Recording]) -> bool:
         """Return whether news leaves enough of some particles to plan on."""

@@ -18,6 +18,7 @@ from planner.errors import InputError, NotApplicableError
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
+from planner.futures.none import NO_TARGETS
 from planner.mission.news import refuse_unlikely, search_of
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, problem_of
@@ -86,7 +87,7 @@ def resumed(
     if len(plan.tracks) != 1:
         raise InputError("plan.json: is for several UAVs; plan each one anew by itself")
     (track,) = plan.tracks
-    problem = problem_of(opened, nobody())
+    problem = problem_of(opened, NO_TARGETS)
     climbs_s = 0.0 if problem.uav.aircraft is None else problem.uav.aircraft.law.climb_s
     begins_s, up_s = float(track.time_s[0]), float(track.time_s[0]) + climbs_s
     if standing.at_s <= begins_s:
@@ -108,7 +109,7 @@ def resumed(
     there = InAir(place=PointStart(x_m=x_m, y_m=y_m), at_s=at_s, left_s=left_s)
     own = search_of(flown, problem.sensor, problem.uav.speed_mps)
     after = _with(opened, there, (*news, own))
-    rest = _rest(problem_of(after, nobody()), plan, paused_s, standing.xy_m is not None)
+    rest = _rest(problem_of(after, NO_TARGETS), plan, paused_s, standing.xy_m is not None)
     return Resumed(after, rest, at_s, flown)
 
 
@@ -217,9 +218,3 @@ def _rest(problem: Problem, plan: Plan, paused_s: float, is_elsewhere: bool) -> 
         return plan_of_waypoints(problem, plan.method, waypoints_of(problem, rest))
     except NotApplicableError:  # the sensor only looks along roads
         return plan_of_legs(problem, plan.method, [leg.leg for leg in rest.legs[0]])
-
-
-def nobody() -> Futures:
-    """Return no particles, where only the UAV matters."""
-    none = np.zeros(0)
-    return Futures(none, none, none, np.zeros(1, np.int64), none, np.zeros(0, np.bool_))

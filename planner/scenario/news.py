@@ -4,18 +4,19 @@ Each piece of news that says something of the target is a table with a ``kind``.
 target's clock; how likely each particle makes it is `planner.mission.news` to say.
 """
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from planner.scenario.uav_values import UavStart
-from planner.scenario.values import Name, Radius, Seconds, Section, UavSpeed
+from planner.scenario.values import Finite, Metres, Name, Radius, Seconds, Section, UavSpeed
 
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Detects = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
 Target = Annotated[int, Field(ge=0)]
-Row = Annotated[tuple[float, float, float], Field(strict=False)]
-Window = Annotated[tuple[float, float], Field(strict=False)]
+Row = Annotated[tuple[Finite, Metres, Metres], Field(strict=False)]
+Window = Annotated[tuple[Finite, Finite], Field(strict=False)]
 
 
 class _OfPlace(Section):
@@ -91,6 +92,16 @@ class SearchedNews(Section):
         default=None, description="that speed in m/s, or leave it out for the UAV's own"
     )
 
+    @model_validator(mode="after")
+    def _rises(self) -> "SearchedNews":
+        times = [row[0] for row in self.waypoints]
+        if any(later < time for time, later in pairwise(times)):
+            raise ValueError("waypoints: go back in time; give them in the order flown")
+        spent = [time for window in self.sensor_on or () for time in window]
+        if any(later < time for time, later in pairwise(spent)):
+            raise ValueError("sensor_on: goes back in time; give [from, to] in their order")
+        return self
+
 
 class FoundNews(Section):
     """One of several targets is found."""
@@ -99,7 +110,16 @@ class FoundNews(Section):
     target: Target = Field(default=0, description="which target it is, 0 for the first")
 
 
+KINDS: dict[str, type[Section]] = {
+    "report": ReportNews,
+    "nothing": NothingNews,
+    "searched": SearchedNews,
+    "found": FoundNews,
+}
+
+
 def _kind(value: Any) -> str:
+    """Return which class a table is of; tags begin with ~, as they are no part of a key."""
     return f"~{value.get('kind') if isinstance(value, dict) else getattr(value, 'kind', None)}"
 
 

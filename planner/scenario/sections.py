@@ -148,6 +148,11 @@ class TargetSection(Section):
     flees: Flees | None = Field(
         default=None, description="{ for_s = 90, factor = 1.3 }, or leave it out: it does not"
     )
+    caution: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] | None = Field(
+        default=None,
+        description="the share of a widened belief that is planned for as well, such as 0.1, or "
+        "leave it out for 0",
+    )
     mix: Annotated[tuple["Component", ...], Field(strict=False)] | None = Field(
         default=None, description="what the target may be, each with its weight, or leave it out"
     )

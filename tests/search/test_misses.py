@@ -23,6 +23,7 @@ from planner.search.sightings import holdout_value
 from planner.search.stepwise import after_flight, earned
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
+from support.instances import network_of_roads
 from support.search_instances import random_problem
 
 
