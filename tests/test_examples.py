@@ -122,7 +122,9 @@ def test_an_own_net_works_as_typed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("page", ["docs/scenario.md"])
 def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
     written, *parts = blocks(page, "toml")
-    for name in re.findall(r'"(\S+\.(?:net|nod|edg)\.xml)"', written):
+    for name in re.findall(
+        r'"(\S+\.(?:(?:net|nod|edg)\.xml|sumocfg))"', " ".join([written, *parts])
+    ):
         (tmp_path / name).touch()
     for part in ("", *parts):
         (tmp_path / "scenario.toml").write_text(f"{written}\n{part}")

@@ -17,9 +17,11 @@ from verify_bound import NEVER, PLANE, Hops, RoadBound
 from verify_files import Array, RefusedError, one_line, shown
 from verify_flight import are_flown, legs_named, legs_on
 from verify_inputs import Claim, Inputs, read_inputs
+from verify_odds import claims as odds_claims
 from verify_sight import Motion, Route, Window, first_in_reach, near_pairs, reward_of, segments
 
 TOLERANCE = 1e-6  # by which a figure may be off, as a share of it or, below one, of one
+EXACT = 1e-9  # the same for figures that rest on no more than places and times
 OFF_M = 1e-4  # by how much all parts of a flight together may be longer than time times speed
 
 
@@ -154,7 +156,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Check the run in the folder that the command line names."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("directory", type=Path, metavar="DIR", help="folder of a certified run")
-    folder = parser.parse_args(arguments).directory
+    parser.add_argument(
+        "--futures",
+        type=Path,
+        metavar="PARTICLES",
+        help="check only the figures of a plan of any number of flights, on particles that "
+        "`planner futures DIR/run.json -o PARTICLES` has written",
+    )
+    wanted = parser.parse_args(arguments)
+    folder = wanted.directory
+    if wanted.futures is not None:
+        return _odds(folder, wanted.futures)
     try:
         with np.errstate(all="ignore"):  # where nobody is met
             claims = list((run := Run(read_inputs(folder))).claims())
@@ -172,12 +184,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         *(f"{key} {run.inputs.unchecked[key]}" for key in run.inputs.unchecked),
         sep=", ",
     )
+    return _told(claims, TOLERANCE)
+
+
+def _odds(folder: Path, particles: Path) -> int:
+    """Check the figures of a plan on the particles that it was made on."""
+    try:
+        return _told(list(odds_claims(folder, particles)), EXACT)
+    except RefusedError as error:
+        print(f"verify.py: {str(folder)!a}: {one_line(error)}", file=sys.stderr)
+        return 2
+
+
+def _told(claims: Sequence[Claim], tolerance: float) -> int:
+    """Print which claims hold; return the exit code."""
     for claim in claims:
-        verdict = "holds" if claim.wrong <= TOLERANCE else "WRONG"
+        verdict = "holds" if claim.wrong <= tolerance else "WRONG"
         print(
             f"{claim.name}: claimed {shown(claim.claimed)}, found {shown(claim.found)}: {verdict}"
         )
-    return 0 if all(claim.wrong <= TOLERANCE for claim in claims) else 1
+    return 0 if all(claim.wrong <= tolerance for claim in claims) else 1
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from planner.bounds.kernels.hops import (
     Bins,
     LegBefore,
     Sightings,
+    blank,
     known_after,
     listed,
     stay_through,
@@ -59,7 +60,7 @@ def arrivals_of(hops: Hops, nodes: int) -> ArrivalColumns:
 
 
 class _ByHop(NamedTuple):
-    """Sightings sorted by hop, bin and particle."""
+    """Sightings sorted by hop and bin."""
 
     first: Offsets  # (h * bins + 1,) where the sightings of a hop from a bin start
     particle: Ints  # (M,)
@@ -72,11 +73,10 @@ def _by_hop(movements: Movements, bins: Bins, seen_before: list[Flags]) -> _ByHo
     objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
     counts = np.zeros((len(hops), bins.total), dtype=np.int64)
     particles, rewards, leg_rewards, total = [], [], [], 0
-    seen_at = np.empty((bins.total, len(weight)))
+    sight = blank(bins.total, len(weight))
     for hop in range(len(hops) if sensor.detects_in_transit else hops.legs):
-        seen_at[:] = np.inf
-        sweep(hops.motion(hop), movements.pieces, bins, sensor.radius_m, seen_at)
-        seen = listed(seen_at, objective.ends_s, seen_before[hops.from_node[hop]])
+        sweep(hops.motion(hop), movements.pieces, bins, sensor.radius_m, sight)
+        seen = listed(sight, objective.ends_s, seen_before[hops.from_node[hop]])
         counts[hop], total = seen.counts, total + len(seen.particle)
         if total > MOST_SIGHTINGS:
             raise NotApplicableError(

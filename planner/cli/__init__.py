@@ -54,6 +54,8 @@ COMMANDS = (
     ("validate", "check the belief against true vehicles of runs that no particle has seen"),
     ("plan", "plan a search and evaluate it on fresh targets"),
     ("fly", "fly a plan against true targets"),
+    ("replan", "plan the rest of a flight anew with what has come in"),
+    ("ask", "which question about the target saves most time"),
     ("export", "write a plan as files that pilots and autopilots fly"),
     ("page", "show a plan in one page for a browser, without a network"),
     ("serve", "serve the page as an instrument: tap the map, plan, take the files"),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from planner.belief.particles import Driving
     from planner.futures.cost import Cost
+    from planner.futures.traffic import Traffic
     from planner.mission.opening import OpenScenario
     from planner.network.road_network import RoadNetwork
     from planner.network.survey import Survey
@@ -56,6 +57,10 @@ def run(arguments: argparse.Namespace) -> int:
         "remarks": odd,
     }
     measures = dict(_measures(found)) | dict(_told_costs(cost))
+    traffic = None if opened is None else opened.traffic
+    if traffic is not None:
+        summary["traffic"] = traffic.as_dict()
+        measures |= dict(_told_traffic(traffic))
     if opened is None:  # what is one road to a sensor is not known yet
         del measures["roads"]
     told = [listed(odd) if odd else "nothing is odd about it"]
@@ -134,6 +139,18 @@ def _measures(found: "Survey") -> Iterator[tuple[str, str]]:
     yield "roundabouts", f"{found.roundabouts:,}"
     if found.attribution:
         yield "data", found.attribution
+
+
+def _told_traffic(traffic: "Traffic") -> Iterator[tuple[str, str]]:
+    source = traffic.given_as.name
+    if traffic.demand is not None:
+        source = f"{traffic.demand.vehicles_per_hour:,g} vehicles an hour"
+    runs = counted(2 * traffic.realisations, "run")
+    yield "traffic", f"{source}, from {clock(traffic.at_s)} on, in {runs}"
+    taken = tuple(f"{name} = {value}" for name, value in traffic.options)
+    for title, names in (("taken of it", taken), ("left out of it", traffic.left_out)):
+        if names:
+            yield title, ", ".join(names)
 
 
 def _told_costs(cost: _Costs) -> Iterator[tuple[str, str]]:

@@ -33,6 +33,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "plans; -o is then a folder, and an interrupted comparison resumes",
     )
     parser.add_argument(
+        "--beliefs",
+        action="store_true",
+        help="plan for each belief of target.mix instead, and judge each plan under each",
+    )
+    parser.add_argument(
         "--bound",
         action="store_true",
         help="also bound the best possible plan, for a column of gaps; takes about a minute",
@@ -60,6 +65,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.time_limit is not None and not arguments.bound:
         raise InputError(f"--time-limit {arguments.time_limit:g}: goes with --bound")
     overrides = objective_overrides(arguments)
+    if arguments.beliefs:
+        if arguments.bound or arguments.output is not None or arguments.method:
+            raise InputError("--beliefs: goes without --bound, --method and -o; leave them out")
+        from planner.cli.beliefs import compare_beliefs
+
+        return compare_beliefs(arguments, overrides)
     from planner.cli.comparison import compare_on_scenario
 
     return compare_on_scenario(arguments, overrides)

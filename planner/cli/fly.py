@@ -28,7 +28,8 @@ SUMMARY = "fly a plan against true targets"
 DETAILS = """\
 Writes flights.csv to the run's folder. With --track it is the flight that was
 recorded: what it was worth beside its plan, on the same targets, and where the
-target can still be, if it was not seen; files are then written with -o only."""
+target can still be, if it was not seen; files are then written with -o only.
+With --live it is flown now, and planned anew whenever news comes in."""
 EXAMPLES = (
     ("fly runs/first --targets 1000", "when is each one found?"),
     ('fly runs/first --route "r0c0-r0c1 r0c1-r0c2" --target-speed 20', ""),
@@ -70,8 +71,58 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "plan was evaluated on)",
     )
     _add_track(parser)
+    _add_live(parser)
+    _add_alarms(parser)
     add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="overwrite the files")
+
+
+def _add_live(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--live",
+        type=path,
+        metavar="FILE",
+        help="read news as it is appended to FILE, a line of JSON each, plan anew, and append what "
+        "is to be flown to live.jsonl in the run's folder, or to -o FILE",
+    )
+    parser.add_argument(
+        "--auto",
+        action="store_true",
+        help="with --live: fly new plans that pass all checks, without a person's yes",
+    )
+
+
+def _add_alarms(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--alarms",
+        type=_per_second,
+        metavar="1/600",
+        help="with so many false alarms a second of search: the plan flown late, and planned anew",
+    )
+    parser.add_argument(
+        "--alarm-s",
+        type=span,
+        metavar="S",
+        help="with --alarms: how long it takes to dismiss one (default: 120)",
+    )
+    parser.add_argument(
+        "--sequences",
+        type=count,
+        metavar="N",
+        help="with --alarms: how many flights (default: 16)",
+    )
+
+
+def _per_second(text: str) -> float:
+    """Return how often something happens, written as 1/600 or 0.002."""
+    many, _, seconds = text.partition("/")
+    try:
+        rate = float(many) / float(seconds or 1.0)
+    except (ValueError, ZeroDivisionError):
+        rate = 0.0
+    if not 0.0 < rate <= 1.0:
+        raise argparse.ArgumentTypeError(f"should be a rate, as 1/600 a second, not {text!r}")
+    return rate
 
 
 def _add_track(parser: argparse.ArgumentParser) -> None:
@@ -122,7 +173,7 @@ def _add_track(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=path,
         metavar="DIR",
-        help="with --track: write flights.csv, where.csv and where.png to DIR",
+        help="with --track: write flights.csv, where.csv and where.png to DIR; with --live, a FILE",
     )
 
 
@@ -142,6 +193,18 @@ def run(arguments: argparse.Namespace) -> int:
     _check_route(arguments)
     if arguments.track is not None:
         return _debriefed(arguments)
+    if arguments.live is not None:
+        from planner.cli.live import fly_live
+
+        return fly_live(arguments)
+    if arguments.alarms is not None:
+        from planner.cli.alarmed import fly_alarmed
+
+        return fly_alarmed(arguments)
+    if arguments.alarm_s is not None or arguments.sequences is not None:
+        raise InputError("--alarm-s, --sequences: go with --alarms; give it, or neither of them")
+    if arguments.auto:
+        raise InputError("--auto: goes with --live; give both, or leave it out")
     _refuse_without_track(arguments)
     refuse_no_run(arguments.directory)
     with ExitStack() as stack:

@@ -3,7 +3,7 @@
 import argparse
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -25,6 +25,7 @@ from planner.cli.session import (
     tell_own,
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
+from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed, mistimed
 from planner.detection.prospects import Prospects, prospects
 from planner.errors import InputError, NotApplicableError
@@ -41,6 +42,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.recorder import budget_of, problem_of
+from planner.mission.replan import Replanned
 from planner.mission.run_folder import OWN_BEGIN, own_key
 from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
@@ -75,6 +77,8 @@ class _Planned:
     attempt: Attempt
     certificate: Certificate | None = None
     no_bound: str = ""  # why there is no certificate, though it was asked for
+    # of which run it is the rest, as ``plan.json`` has it; empty: of none
+    parent: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +107,8 @@ class _Found(_Planned):
             seed=self.opened.scenario.search.seed,
             sighted_at=self.opened.scenario.target.sighted_at,
         )
+        if self.parent:
+            content["parent"] = dict(self.parent)
         if self.trial.own is not None:
             content["planner"] = self.trial.own.as_dict()
         if self.timing:
@@ -144,6 +150,33 @@ def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -
     targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
     planned = _Planned(event.opened, event.problem, event.trial)
     _write_all(folder, arguments, targets, _evaluated(arguments, targets, planned, None), watch)
+
+
+def write_replanned(
+    folder: Path | None,
+    arguments: argparse.Namespace,
+    found: Replanned,
+    planning: Recording,
+    parent: Mapping[str, Any],
+) -> tuple[tables.MethodRow, Evaluation, Futures]:
+    """Write the run of what is left of another one.
+
+    Returns its row in a table, what it is worth on fresh targets, and these.
+
+    Parameters
+    ----------
+    folder
+        Where; None: nowhere.
+    parent
+        Of which run it is the rest, as ``plan.json`` has it.
+    """
+    watch, opened = Watch(), found.resumed.opened
+    targets = _Targets(planning, found.holdout)
+    planned = _Planned(opened, found.problem, found.attempt, parent=parent)
+    whole = _evaluated(arguments, targets, planned, None)
+    if folder is not None:
+        _write_all(folder, arguments, targets, whole, watch)
+    return whole.row, whole.trial.evaluated, whole.met
 
 
 def _write_all(
@@ -260,7 +293,8 @@ def _planned(
         attempt, certificate = planned_to_gap(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
-        return _Planned(opened, problem, attempt, certificate, *reasons[:1])
+        no_bound = reasons[0] if reasons else ""
+        return _Planned(opened, problem, attempt, certificate, no_bound)
 
 
 def _write(folder: Path, found: _Found) -> None:

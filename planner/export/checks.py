@@ -9,9 +9,10 @@ import numpy as np
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
-from planner.flight.separation import APART_M, BESIDE_M, MISTIMED, too_near_s
+from planner.flight.separation import BESIDE_M, MISTIMED, too_near_s
 from planner.flight.turning import tight_corners
 from planner.messages import counted
+from planner.scenario.fleet import APART_M
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
 FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of more
@@ -42,7 +43,7 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
     yield from _battery(run)
     home, first = run.flight.waypoints[:2]
     away_m = hypot(first.x_m - home.x_m, first.y_m - home.y_m)
-    if away_m > FAR_M and not run.by_hand:
+    if away_m > FAR_M and not run.by_hand and run.flight.launch is None:
         yield (
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"
@@ -75,7 +76,7 @@ def _aircraft(run: RunFlight) -> Iterator[str]:
     at_once = [
         (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
         (law.climb_mps, "climb_mps", "is at its height"),
-    ]
+    ][: 2 if run.flight.launch is None else 1]
     for rate, key, what in at_once:
         if rate == inf:
             yield f"uav.{key}: is not given, and no aircraft {what} at once; give it"

@@ -175,6 +175,7 @@ class _Setting:
     up_s: float  # when it is at its height
     airspace: Airspace | None
     called: str  # what is flown
+    whose: int  # the UAV's number, from 0
 
     @classmethod
     def of(
@@ -191,6 +192,8 @@ class _Setting:
         aircraft, home_m = _real(uav), opened.landings_m[whose]
         airspace = opened.airspaces[whose]
         title = opened.scenario.title or opened.scenario.path.parent.name
+        if uav.in_air is not None:
+            aircraft = aircraft.in_air
         return cls(
             network,
             aircraft,
@@ -198,6 +201,7 @@ class _Setting:
             plan.take_off_s + aircraft.law.climb_s,
             within_link(airspace, link_of(uav, network)),
             f"{title}: {plan.names[0]}" if several else title,
+            whose,
         )
 
     @property
@@ -214,6 +218,13 @@ class _Setting:
 
     def flown(self, way: Way) -> tuple[Track, TimedFlight]:
         return line_flown(way.xy_m, way.hold_s, self.law, up_s=self.up_s, lands=self.lands)
+
+    def launch(self, opened: OpenScenario) -> Waypoint | None:
+        """Return where it took off, if it flies already."""
+        if opened.scenario.uavs[self.whose].in_air is None:
+            return None
+        took_off = Way(np.array([opened.starts_m[self.whose]]), np.zeros(1), ())
+        return waypoints_of(took_off, np.array([opened.scenario.take_off_s]), self.network)[0]
 
     def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
         waypoints = waypoints_of(way, arrives_s, self.network)
@@ -284,11 +295,12 @@ def _planned(opened: OpenScenario, stored: StoredPlan) -> Line:
     uav = opened.scenario.uavs[whose]
     made_for = aircraft_of(uav)
     law = FlightLaw(uav.speed_mps) if made_for is None else made_for.law
+    flies = uav.in_air is not None
     return line_of(
         stored.plan.tracks[0],
         stored.plan.legs[0],
         opened.network,
-        up_s=law.climb_s,
+        up_s=0.0 if flies else law.climb_s,
         down_s=0.0 if opened.landings_m[whose] is None else law.descend_s,
     )
 
@@ -312,11 +324,15 @@ def _battery(
     uav: UavSection, aircraft: Aircraft, home_m: Point | None, airspace: Airspace | None
 ) -> Battery:
     lasts_s = np.inf if uav.max_flight_time_s is None else uav.max_flight_time_s
+    there = uav.in_air
+    if there is not None and there.left_s is not None:
+        lasts_s = there.left_s
     return Battery(lasts_s, aircraft.reserve_s, home_m, aircraft.headwind_mps, airspace)
 
 
 def _file(opened: OpenScenario, setting: _Setting, waypoints: list[Waypoint]) -> FlightFile:
-    start, end = ((one.x_m, one.y_m) for one in (waypoints[0], waypoints[-1]))
+    launch = setting.launch(opened)
+    start, end = ((one.x_m, one.y_m) for one in (launch or waypoints[0], waypoints[-1]))
     comes_home = setting.battery.home_m == start == end
     return FlightFile(
         name=setting.called,
@@ -326,4 +342,5 @@ def _file(opened: OpenScenario, setting: _Setting, waypoints: list[Waypoint]) ->
         comes_home=comes_home,
         sighted_at=opened.scenario.target.sighted_at,
         attribution=setting.network.attribution,
+        launch=launch,
     )

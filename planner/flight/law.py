@@ -8,7 +8,7 @@ corner, at no more than the aircraft's acceleration.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -143,6 +143,11 @@ class Aircraft:
     def __post_init__(self) -> None:
         names = ("reserve_s", "headwind_mps")
         set_fields(self, {name: number(name, getattr(self, name), least=0.0) for name in names})
+
+    @property
+    def in_air(self) -> "Aircraft":
+        """The same once it is at its height."""
+        return replace(self, law=replace(self.law, climb_mps=math.inf))
 
 
 @dataclass(frozen=True, eq=False)

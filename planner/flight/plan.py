@@ -1,7 +1,7 @@
 """A plan: which roads the UAV flies in which order, and the track that this makes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -29,6 +29,15 @@ class FlownLeg:
     def road(self) -> int:
         """Index of the road."""
         return Legs.road(self.leg)
+
+    def after(self, time_s: float) -> "FlownLeg":
+        """Return what is left of it from a time on."""
+        times_s = (max(time_s, one) for one in (self.depart_s, self.start_s, self.end_s))
+        return FlownLeg(self.leg, *times_s)
+
+    def later(self, by_s: float) -> "FlownLeg":
+        """Return the same so many seconds later."""
+        return FlownLeg(self.leg, self.depart_s + by_s, self.start_s + by_s, self.end_s + by_s)
 
 
 class Sortie(NamedTuple):
@@ -80,6 +89,20 @@ class Plan:
     def end_s(self) -> float:
         """When the last flight ends, seconds on the target's clock."""
         return max(track.end_s for track in self.tracks)
+
+    def after(self, time_s: float) -> "Plan":
+        """Return what is left to be flown from a time on; roads begun are left from there on."""
+        tracks = tuple(track.after(time_s) for track in self.tracks)
+        legs = tuple(
+            tuple(leg.after(time_s) for leg in flown if leg.end_s > time_s) for flown in self.legs
+        )
+        return replace(self, tracks=tracks, legs=legs)
+
+    def later(self, by_s: float) -> "Plan":
+        """Return the same flights so many seconds later."""
+        tracks = tuple(track.later(by_s) for track in self.tracks)
+        legs = tuple(tuple(leg.later(by_s) for leg in flown) for flown in self.legs)
+        return replace(self, tracks=tracks, legs=legs)
 
 
 def legs_flown(

@@ -1,6 +1,6 @@
 """Futures: the recorded motion of all particles, as knots of piecewise straight motion."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -164,6 +164,10 @@ class Futures(Frozen):
             edges=self.edges.take(index),
             fates=None if self.fates is None else self.fates.take(index),
         )
+
+    def reweighted(self, weight: Floats) -> "Futures":
+        """Return the same motion with other weights, (N,)."""
+        return replace(self, weight=weight)
 
     def positions(self, time_s: Floats | float) -> Floats:
         """Return where all particles are, (N, 2) metres, NaN where they are not.

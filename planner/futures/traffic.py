@@ -7,7 +7,7 @@ were taken from it, and its input files by names of our own (`InputFiles`).
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from planner.futures.demand import Demand, demand_routes
 from planner.futures.simulation import plain_link
@@ -75,6 +75,20 @@ class Traffic:
             tuple(sha256 for _, sha256 in self.files),
         )
         return hashlib.sha256(repr(said).encode()).hexdigest()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what it is, and what of it SUMO is told and not told, as plain values."""
+        return {
+            "source": str(self.given_as),
+            "at_s": self.at_s,
+            "realisations": self.realisations,
+            "depart_offset_s": self.depart_offset_s,
+            "vehicles_per_hour": self.demand and self.demand.vehicles_per_hour,
+            "taken": dict(self.options),
+            "files": [str(file) for file, _ in self.files],
+            "left_out": list(self.left_out),
+            "sha256": self.digest,
+        }
 
 
 def input_options(traffic: Traffic, files: InputFiles) -> dict[str, str]:

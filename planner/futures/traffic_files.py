@@ -4,10 +4,10 @@ What might make SUMO write, connect or read elsewhere is taken out of copies; ev
 given to it as a link to the user's own.
 """
 
+import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
 
 from planner.errors import InputError
@@ -41,8 +41,9 @@ WRITES = re.compile(
     r"file|output|^(has|device)\.(ssm|fcd|emissions|tripinfo|vehroute|bt\w+|example)\b",
     re.IGNORECASE,
 )
+# A tag that is cut off at the end of what is looked at is looked at again, whole.
 SUSPECTS = re.compile(
-    rb"<(?!(?:" + ELEMENTS.encode() + rb")[\s/>]|[/?!]|$)"
+    rb"<(?!(?:" + ELEMENTS.encode() + rb")[\s/>]|[/?!]|[\w.:-]{0,60}\Z)"
     rb"|<(?:param|include)\b|\b(?:file|output|imgFile|osgFile)\b"
 )
 
@@ -103,7 +104,7 @@ class InputFiles:
             if self._work is not None:
                 name.symlink_to(file.resolve())
             return
-        with BytesIO() if self._work is None else name.open("wb") as copy:
+        with (Path(os.devnull) if self._work is None else name).open("wb") as copy:
             rewritten_xml(file, copy, _Rules(self, file))
 
 

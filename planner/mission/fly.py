@@ -23,9 +23,11 @@ class MissionRecord(Frozen):
     evaluation: Evaluation  # when each is found; failure counts as the horizon
     xy_m: Floats  # (N, 2) metres, where the target is when found; NaN if it is not
     leg: Ints  # (N,) the leg flown, or flown to, when found, from 1; 0: none, or not found
+    finder: Ints  # (N,) which of the plan's flights finds it; it says nothing of who is not found
+    names: tuple[str, ...]  # of the plan's flights
 
     def __post_init__(self) -> None:
-        freeze(self, xy_m=np.float64, leg=np.int32)
+        freeze(self, xy_m=np.float64, leg=np.int32, finder=np.int32)
 
 
 def fly(plan: Plan, truth: Futures, sensor: Sensor, objective: Objective) -> MissionRecord:
@@ -47,7 +49,7 @@ def fly(plan: Plan, truth: Futures, sensor: Sensor, objective: Objective) -> Mis
         ends = [flown.end_s for flown in plan.legs[finder[k]]]
         number = int(np.searchsorted(ends, seen_s)) + 1
         leg[k] = number if number <= len(ends) else 0
-    return MissionRecord(evaluation, xy_m, leg)
+    return MissionRecord(evaluation, xy_m, leg, finder, plan.names)
 
 
 def _finders(

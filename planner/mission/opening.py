@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.belief.caution import cautious
 from planner.belief.distribution import distribution
 from planner.belief.mixture import Belief, Mixture
 from planner.belief.prior import Known, prior_of
@@ -18,6 +19,7 @@ from planner.messages import as_written
 from planner.mission.areas import airspace_of, place_faults
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
+from planner.mission.news import news_faults
 from planner.mission.traffic import traffic_of
 from planner.mission.uav_places import (
     far_faults,
@@ -33,6 +35,7 @@ from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.fleet import named_for
+from planner.scenario.news import News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
 from planner.scenario.uav import UavSection
 
@@ -59,6 +62,11 @@ class OpenScenario:
     def airspaces(self) -> tuple[Airspace | None, ...]:
         """Where each UAV may fly; None: anywhere."""
         return (self.airspace, *self.other_airspaces)
+
+    @property
+    def news(self) -> tuple[News, ...]:
+        """What is known of the target beyond the priors."""
+        return self.scenario.news.heard or ()
 
     @property
     def starts_m(self) -> tuple[Point, ...]:
@@ -121,6 +129,7 @@ def open_scenario(
             faults += told_once(faults_of_fields(found, key, names))
         airspaces = _airspaces(draft, network, faults)
         traffic = _traffic(draft, network, faults, permit)
+        faults += news_faults((draft.news and draft.news.heard) or (), network)
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -128,7 +137,11 @@ def open_scenario(
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=_belief("target", scenario.target, network, known),
+        prior=cautious(
+            _belief("target", scenario.target, network, known),
+            scenario.target.caution or 0.0,
+            network,
+        ),
         truth_prior=_belief("truth", scenario.truth, network, known),
         airspace=airspaces[0],
         traffic=traffic,
@@ -190,7 +203,7 @@ def _traffic(
     try:
         return traffic_of(draft, network, permit)
     except InputError as error:
-        faults.append(Fault("traffic", str(error)))
+        faults.append(Fault("traffic", str(error).removeprefix(f"{draft.path}: ")))
         return None
 
 

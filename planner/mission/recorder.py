@@ -1,5 +1,6 @@
 """From an open scenario to what planners and missions need: recordings, problems, plans."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,18 +14,22 @@ from planner.belief.particles import Particles, Realisations
 from planner.belief.recipe import Drawn, OneTarget
 from planner.belief.sampling import Sampling
 from planner.checked import instance, set_fields, whole
+from planner.detection.likelihood import draws
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of, rate_of_sweep
 from planner.errors import InputError
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
+from planner.futures.pooled import pooled
 from planner.futures.record import How, Note
 from planner.futures.store import Recording, recorded
 from planner.futures.workers import HERE, Backend
 from planner.mission.aircraft import aircraft_of
+from planner.mission.news import given
 from planner.mission.opening import OpenScenario
 from planner.mission.proposals import PROPOSALS, proposals
 from planner.mission.sample_sizes import fresh_targets, holdout_particles
+from planner.mission.uav_places import in_air
 from planner.progress import Progress
 from planner.scenario.sections import SensorSection
 from planner.search.fleet import fleet
@@ -36,6 +41,9 @@ from planner.search.searched import named_as_before, searched_problem
 from planner.streams import stream
 
 UNSEEN = ("evaluation", "truth")  # streams of targets that no planner may know
+ENOUGH, MOST_SETS = 100, 8  # draws that weights are to be worth; sets of particles recorded for it
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,7 @@ class Recorder:
         """Return the particles that planners work on; a number gives another, disjoint set."""
         search = self.opened.scenario.search
         name = ("particles",) if step is None else ("particles", whole("step", step))
-        return self._drawn(self.opened.prior, search.particles, name, sampling=search.sampling)
+        return self._enough(self.opened.prior, search.particles, name, search.sampling)
 
     def planning_particles(self) -> Particles:
         """Return the particles that `planning` records, before they move."""
@@ -74,14 +82,16 @@ class Recorder:
     def bounding(self, number: int) -> Recording:
         """Return one of many sets of as many particles, independent draws whatever the scenario."""
         many = self.opened.scenario.search.particles
-        return self._drawn(self.opened.prior, many, ("bounding", whole("number", number)))
+        return self._left(
+            self._drawn(self.opened.prior, many, ("bounding", whole("number", number)))
+        )
 
     def holdout(self) -> Recording:
         """Return the particles on which methods choose between plans."""
-        search = self.opened.scenario.search
         many = holdout_particles(self.opened.scenario, self.opened.network)
         # The stream keeps the first name of these: another one would change what is drawn.
-        return self._drawn(self.opened.prior, many, ("judges",), sampling=search.sampling)
+        sampling = self.opened.scenario.search.sampling
+        return self._enough(self.opened.prior, many, ("judges",), sampling)
 
     def proposals(self, recorded: Futures) -> Futures | None:
         """Return many particles by the kinematic clock, to search on; None if there is no clock.
@@ -92,6 +102,10 @@ class Recorder:
             The particles that `planning` has recorded: where signals are actuated, the clock is
             fitted to some of them.
         """
+        found = self._proposed(recorded)
+        return None if found is None else self._given(found)
+
+    def _proposed(self, recorded: Futures) -> Futures | None:
         sampling = self.opened.scenario.search.sampling
         if sampling == "all":
             return None
@@ -112,12 +126,12 @@ class Recorder:
         if targets is None:
             targets = fresh_targets(self.opened.scenario, self.opened.network)
         many = whole("targets", targets, least=1)
-        return self._drawn(self.opened.truth_prior, many, ("evaluation",), note=note)
+        return self._enough(self.opened.truth_prior, many, ("evaluation",), "iid", note)
 
     def truths(self, targets: int, *, seed: int) -> Recording:
         """Return true targets for missions, independent draws under their own seed."""
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
-        return self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed)
+        return self._left(self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed))
 
     def validation(self, realisations: int, each: int) -> Recording:
         """Return true targets in so many realisations of the traffic that no particle has seen.
@@ -155,6 +169,49 @@ class Recorder:
         name, there = ("truth",), self._realisations(prior, unseen=True)
         target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, name, there)
         return self._recorded(target, {"route": list(route)})
+
+    def _enough(
+        self,
+        prior: Belief,
+        many: int,
+        name: tuple[str | int, ...],
+        sampling: Sampling,
+        note: Note | None = None,
+    ) -> Recording:
+        """Return targets of a belief; more of them where news leaves hardly any weight."""
+        parts = [self._drawn(prior, many, name, sampling=sampling, note=note)]
+        while not self._suffices(parts) and len(parts) < MOST_SETS and sampling != "all":
+            more = (*name, "more", len(parts))
+            parts.append(self._drawn(prior, many, more, sampling=sampling))
+        first = parts[0]
+        if len(parts) == 1:
+            return self._left(first)
+        log.warning(
+            "news leaves %s of %s targets; recorded %d times as many",
+            f"{draws(self._given(first.futures).weight):,.0f}",
+            f"{many:,}",
+            len(parts),
+        )
+        return self._left(Recording.pooled(parts))
+
+    def _left(self, drawn: Recording) -> Recording:
+        """Return what news leaves of targets; all that it rules out are left out."""
+        if not self.opened.news:
+            return drawn
+        futures = self._given(drawn.futures)
+        return replace(drawn, futures=futures).take(np.flatnonzero(futures.weight))
+
+    def _suffices(self, parts: Sequence[Recording]) -> bool:
+        """Return whether news leaves enough of some particles to plan on."""
+        if not self.opened.news:
+            return True
+        left = self._given(pooled([part.futures for part in parts])).weight
+        return draws(left) >= ENOUGH
+
+    def _given(self, futures: Futures) -> Futures:
+        """Return futures with the weights that they have after the scenario's news."""
+        opened = self.opened
+        return given(futures, opened.news, opened.network, speed_mps=opened.scenario.uav.speed_mps)
 
     def _drawn(
         self,
@@ -247,6 +304,10 @@ def problems_of(
             swap_s=section.swap_s or 0.0,
         )
         for section, (x_m, y_m), home_m in places
+    ]
+    uavs = [
+        uav if section.in_air is None else in_air(uav, section.in_air, opened.network)
+        for uav, section in zip(uavs, scenario.uavs, strict=True)
     ]
     # All carry the same sensor: its rate is what makes a pass of the first one detect as said.
     sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)

@@ -149,4 +149,5 @@ def hashes(
             f"airspace.{key}": sha256_of_file(scenario.folder / name)
             for key, name in scenario.airspace.files.items()
         },
+        **({} if opened.traffic is None else {"traffic": opened.traffic.digest}),
     }

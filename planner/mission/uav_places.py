@@ -2,15 +2,25 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from planner.errors import Fault, InputError
+from planner.flight.uav import Uav
 from planner.messages import as_written, suggestion
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, xy_of_lonlat
 from planner.network.road_network import RoadNetwork
 from planner.scenario.uav import UavSection
-from planner.scenario.uav_values import LonLatPlace, NodeLanding, NodeStart, PointStart, UavStart
+from planner.scenario.uav_values import (
+    InAir,
+    LonLatPlace,
+    NodeLanding,
+    NodeStart,
+    PointStart,
+    UavLanding,
+    UavStart,
+)
 
 FAR = 5.0  # widths of a net; a start beyond, which is out of reach too, is in another frame
 
@@ -30,6 +40,17 @@ def start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
         float(x_m + start.distance_m * math.sin(bearing)),
         float(y_m + start.distance_m * math.cos(bearing)),
     )
+
+
+def in_air(uav: Uav, there: InAir, network: RoadNetwork) -> Uav:
+    """Return a UAV as it flies on from where it is in the air; it does not climb again."""
+    x_m, y_m = start_xy(there.place, network)
+    found = uav.resumed(there.at_s, x_m, y_m)
+    if there.left_s is not None:
+        found = replace(found, max_flight_time_s=there.left_s)
+    if uav.aircraft is None:
+        return found
+    return replace(found, aircraft=uav.aircraft.in_air)
 
 
 def return_xy(uav: UavSection, network: RoadNetwork) -> tuple[float, float] | None:
@@ -54,15 +75,24 @@ def uav_faults(uav: UavSection | None, network: RoadNetwork) -> Iterator[Fault]:
     """Yield nodes that the net does not have, and degrees where it has no projection."""
     if uav is None:
         return
-    for key, place in (("uav.start", uav.start), ("uav.return_to", uav.return_to)):
-        if isinstance(place, NodeStart | NodeLanding) and place.node not in network.junction_index:
-            hint = suggestion(place.node, network.junction_ids)
-            yield Fault(f"{key}.node", f"{place.node} is not a node of the network; {hint}")
-        elif isinstance(place, LonLatPlace):
-            try:
-                _xy_of(place, network)
-            except InputError as error:
-                yield Fault(key, str(error))
+    yield from place_faults_of("uav.start", uav.start, network)
+    yield from place_faults_of("uav.return_to", uav.return_to, network)
+    if uav.in_air is not None:
+        yield from place_faults_of("uav.in_air.place", uav.in_air.place, network)
+
+
+def place_faults_of(
+    key: str, place: UavStart | UavLanding | None, network: RoadNetwork
+) -> Iterator[Fault]:
+    """Yield a node that the net does not have, or degrees where it has no projection."""
+    if isinstance(place, NodeStart | NodeLanding) and place.node not in network.junction_index:
+        hint = suggestion(place.node, network.junction_ids)
+        yield Fault(f"{key}.node", f"{place.node} is not a node of the network; {hint}")
+    elif isinstance(place, LonLatPlace):
+        try:
+            _xy_of(place, network)
+        except InputError as error:
+            yield Fault(key, str(error))
 
 
 def landing_faults(uav: UavSection, network: RoadNetwork) -> Iterator[Fault]:

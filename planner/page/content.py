@@ -122,7 +122,7 @@ def page_content(run: Shown, drawn: Drawn) -> dict[str, Any]:
         "soon_s": soon_s(run.until_s),
         "radius_m": run.radius_m,
         **under,
-        "uavs": [_uav(track, rows) for track, rows in zip(run.plan.tracks, run.rows, strict=True)],
+        "uavs": _uavs(run),
         "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
         # The plan's first; the last one is what no flight surpasses.
         "curves": [_curve(one, run.until_s) for one in run.curves.values()],
@@ -157,6 +157,15 @@ def guess_content(opened: OpenScenario, drawn: Drawn, clock: Clock) -> dict[str,
         "targets": targets_content(drawn.targets, drawn.knots, drawn.seen_at, drawn.frame),
         "earth": earth_content(network, drawn.whole, drawn.view),
     }
+
+
+def _uavs(run: Shown) -> list[dict[str, Any]]:
+    """Return all flights; where there are several, each with its name."""
+    flights = [_uav(*one) for one in zip(run.plan.tracks, run.rows, strict=True)]
+    if len(flights) > 1:
+        for name, flight in zip(run.plan.names, flights, strict=True):
+            flight["name"] = name.replace("UAV", "drone", 1)
+    return flights
 
 
 def _uav(track: Track, rows: list[Row]) -> dict[str, Any]:

@@ -73,11 +73,11 @@ function drawFlight(uav, s) {
   pen.lineCap = "round";
   if (s > way[0][0]) drawWay([...way.slice(0, here[2] + 1).map(at), here], 3, 1, []);
   drawDrone(here, uav.sensor_on.some(([from, to]) => from <= s && s <= to));
-  if (D.uavs.length < 2) return;
+  if (!uav.name) return;
   pen.strokeStyle = colours.bg;
   pen.fillStyle = colours.fg;
   write(pen, 12, "left", "alphabetic");
-  halo(pen, D.uavs.indexOf(uav) + 1, across(here[0]) + 10 * ratio(), down(here[1]) - 4 * ratio());
+  halo(pen, uav.name.replace("drone ", ""), across(here[0]) + 10 * ratio(), down(here[1]) - 4 * ratio());
 }
 // The sensor's disc is dashed while it is off; the drone is hollow at the edge while it is beyond.
 function drawDrone(here, sees) {

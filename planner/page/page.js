@@ -21,9 +21,9 @@ const doings = D.uavs.map(() => {
   const line = add($("doing"), "p", "");
   return [add(line, "b", ""), add(line, "span", "")];
 });
-function doing({ legs, waypoints }, u) {
-  const i = legAt(legs), who = D.uavs.length > 1 ? "drone " + (u + 1) + ": " : "";
-  const start = waypoints.length ? waypoints[0][0] : D.start_s;
+const startOf = ({ waypoints }) => (waypoints.length ? waypoints[0][0] : D.start_s);
+function doing(uav) {
+  const { legs, waypoints } = uav, i = legAt(legs), start = startOf(uav), who = uav.name ? uav.name + ": " : "";
   if (now < start) return [who + "on the ground", "takes off " + clock(start)];
   if (i < 0) return [who + (waypoints.length && now < waypoints.at(-1)[0] ? "flying" : "landed"), ""];
   const next = now < legs[i][1] ? "on the way there" : legs[i + 1] ? "then " + legs[i + 1][0] : "the last leg";
@@ -36,7 +36,7 @@ function tell() {
   $("found").textContent = share;
   doings.forEach((line, u) => line.forEach((part, k) => (part.textContent = did[u][k])));
   tables.forEach((rows, u) => {
-    const here = now < D.start_s ? -1 : legAt(D.uavs[u].legs);
+    const here = now < startOf(D.uavs[u]) ? -1 : legAt(D.uavs[u].legs);
     rows.forEach((row, k) => {
       row.className = k === here ? "here" : D.uavs[u].legs[k][2] <= now ? "over" : "";
       if (k === here) row.setAttribute("aria-current", "step");

@@ -72,9 +72,17 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
                 "x_m": float(x_m) if found else None,
                 "y_m": float(y_m) if found else None,
                 "leg": str(record.leg[k] or ""),
+                **_finder(record, k),
             }
         )
     write_csv(path, rows)
+
+
+def _finder(record: MissionRecord, k: int) -> dict[str, str]:
+    """Return whose flight finds a target, where there are several."""
+    if len(record.names) == 1:
+        return {}
+    return {"uav": record.names[record.finder[k]] if record.evaluation.found[k] else ""}
 
 
 def flight_figures(record: MissionRecord) -> dict[str, Any]:
@@ -113,6 +121,7 @@ def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
     x_m, y_m = record.xy_m[0]
     where = f"at ({x_m:,.0f}, {y_m:,.0f}) m"
     leg = f" on leg {record.leg[0]}" if record.leg[0] else ""
+    leg += f" by {who}" if (who := _finder(record, 0).get("uav")) else ""
     found = f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
     return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
 

@@ -16,6 +16,7 @@ from planner.scenario import checks
 from planner.scenario.aircraft_file import aircraft_written_out
 from planner.scenario.faults import faults_of
 from planner.scenario.fleet import named_for, uav_tables, with_heights
+from planner.scenario.news import NewsSection
 from planner.scenario.profiles import inherited, written_out
 from planner.scenario.sections import (
     SECTIONS,
@@ -59,6 +60,7 @@ class Draft:
     futures: FuturesSection | None
     search: SearchSection | None
     greedy: GreedySection | None
+    news: NewsSection | None
     truth_keys: frozenset[str]  # what the file says about the truth alone
     faults: tuple[Fault, ...]
     others: tuple[UavSection, ...] = ()  # UAVs beside the first, as far as they are tables

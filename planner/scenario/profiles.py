@@ -16,6 +16,7 @@ OF_ALL = (
     "signals",
     "probability_present",
     "hidden",
+    "caution",
     "last_seen_ago_s",
     "last_seen_window_s",
 )

@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from planner.scenario.areas import Area
+from planner.scenario.news import NewsSection
 from planner.scenario.source import FILE
 from planner.scenario.target_values import Flees, Goes, Start, Stops
 from planner.scenario.traffic import TrafficSection
@@ -146,6 +147,11 @@ class TargetSection(Section):
     )
     flees: Flees | None = Field(
         default=None, description="{ for_s = 90, factor = 1.3 }, or leave it out: it does not"
+    )
+    caution: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] | None = Field(
+        default=None,
+        description="the share of a widened belief that is planned for as well, such as 0.1, or "
+        "leave it out for 0",
     )
     mix: Annotated[tuple["Component", ...], Field(strict=False)] | None = Field(
         default=None, description="what the target may be, each with its weight, or leave it out"
@@ -291,6 +297,7 @@ SECTIONS: dict[str, type[Section]] = {
     "futures": FuturesSection,
     "search": SearchSection,
     "greedy": GreedySection,
+    "news": NewsSection,
 }
 
 
@@ -310,6 +317,7 @@ class Scenario:
     futures: FuturesSection
     search: SearchSection
     greedy: GreedySection
+    news: NewsSection
     others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
 
     @property
@@ -343,7 +351,7 @@ class Scenario:
             plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
         silent = [
             key
-            for key in ("airspace", "traffic", "futures")
+            for key in ("airspace", "traffic", "futures", "news")
             if getattr(self, key) == SECTIONS[key]()
         ]
         return {"title": self.title, **{key: plain[key] for key in plain if key not in silent}}

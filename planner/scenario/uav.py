@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from planner.scenario.uav_values import UavLanding, UavStart, Wind
+from planner.scenario.uav_values import InAir, UavLanding, UavStart, Wind
 from planner.scenario.values import (
     Distance,
     PositiveSeconds,
@@ -84,6 +84,11 @@ class UavSection(Section):
     link_m: Radius | None = Field(
         default=None,
         description="how far from its start it may be, in metres, such as 2000, or leave it out",
+    )
+    in_air: InAir | None = Field(
+        default=None,
+        description="{ place = { x_m = 0, y_m = 0 }, at_s = 300, left_s = 900 } if it flies "
+        "already, or leave it out",
     )
     sorties: Annotated[int, Field(ge=1, le=MOST_SORTIES)] | None = Field(
         default=None,

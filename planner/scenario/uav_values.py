@@ -12,6 +12,8 @@ from planner.scenario.values import (
     Metres,
     Name,
     NotNegative,
+    PositiveSeconds,
+    Seconds,
     Section,
 )
 
@@ -53,6 +55,18 @@ UavStart = Annotated[
     | Annotated[NodeStart, Tag("~NodeStart")],
     Discriminator(_place_form),
 ]
+
+
+class InAir(Section):
+    """Where a UAV is that flies already."""
+
+    place: UavStart = Field(description="where it is, as uav.start has it")
+    at_s: Seconds = Field(description="when, on the target's clock, as seconds or H:M:S")
+    left_s: PositiveSeconds | None = Field(
+        default=None,
+        description="for how long it can be in the air from then on, with its reserve, or leave "
+        "it out: what is left of max_flight_time_s",
+    )
 
 
 class Wind(Section):

@@ -117,18 +117,19 @@ class Section(BaseModel):
 
         Faulty keys count as left out. None if it is no table at all.
         """
-        section, errors = cls._checked(table)
+        section, errors = cls.checked(table)
         if section is not None or not isinstance(table, dict):
             return section, errors
         known = _without_unknown(table, errors)
-        _, remaining = cls._checked(known)
+        _, remaining = cls.checked(known)
         faulty = {error["loc"][0] for error in remaining}
         sound = {key: value for key, value in known.items() if key not in faulty}
         replaced = {key: value for key, value in cls.stand_in.items() if key in faulty}
         return cls.model_validate({**sound, **replaced}), errors
 
     @classmethod
-    def _checked(cls, table: Any) -> tuple[Self | None, list[Any]]:
+    def checked(cls, table: Any) -> tuple[Self | None, list[Any]]:
+        """Return a section, or None and what the check of it reports."""
         try:
             return cls.model_validate(table), []
         except ValidationError as error:

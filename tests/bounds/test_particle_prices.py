@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.bounds.hops import hops_of
-from planner.bounds.kernels.hops import Bins, stay_through, sweep
+from planner.bounds.kernels.hops import Bins, blank, stay_through, sweep
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import Table, table_of
 from planner.bounds.subgradient import lowest
@@ -125,10 +125,10 @@ def test_a_bin_sees_what_any_start_in_it_sees(seed: int) -> None:
     problem, rng = random_problem(seed, particles=20), np.random.default_rng(seed)
     movements, radius_m = Movements(problem), problem.sensor.radius_m
     bins = Bins(float(rng.uniform(0.0, 300.0)), float(rng.choice([1.0, 5.0, 30.0])), 12)
-    shape = (bins.total, len(problem.futures))
     for hop in rng.choice(len(movements.hops), 3, replace=False).tolist():
-        may_s = np.full(shape, np.inf)
-        sweep(movements.hops.motion(hop), movements.pieces, bins, radius_m, may_s)
+        sight = blank(bins.total, len(problem.futures))
+        sweep(movements.hops.motion(hop), movements.pieces, bins, radius_m, sight)
+        may_s = sight.at_s
         for i in rng.choice(bins.total, 3, replace=False).tolist():
             starts_s = bins.first_s + (i + np.linspace(-0.5, 0.5, 41)) * bins.step_s
             seen_s = np.array([sight_of(problem, hop, start_s) for start_s in starts_s])

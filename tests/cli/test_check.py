@@ -9,6 +9,7 @@ from planner.network.read import read_net
 from planner.scenario.sections import OF_OSM
 from support.command_line import TOWN, Commands
 from support.instances import town
+from support.user_traffic import write_traffic
 
 ROOT = Path(__file__).parents[2]
 OSM = """<osm version="0.6">
@@ -116,6 +117,36 @@ def test_a_start_in_a_yard_is_told(run: Commands, tmp_path: Path) -> None:
     told = "\n".join(run("check", tmp_path, "--json").json["remarks"])
     assert "target.start.yz: is a yard: no car gets farther from there than" in told
     assert "no car gets away from: ay, yz, zy" in told
+
+
+def test_what_is_made_of_traffic_is_told(run: Commands, tmp_path: Path) -> None:
+    folder = write_traffic(tmp_path / "own")
+    told = run("check", folder)
+    lines = [" ".join(line.split()) for line in told.out.splitlines()]
+    assert "traffic run.sumocfg, from 0:01:00 on, in 4 runs" in lines
+    assert any(line.startswith("taken of it step-length = 0.2, lateral-") for line in lines)
+    assert "left out of it end, tripinfo-output, log, edgeData" in lines
+    found = run("check", folder, "--json").json["traffic"]
+    assert found["taken"]["time-to-teleport"] == "120"
+    assert [Path(file).name for file in found["files"]] == [
+        "cars.rou.xml.gz",
+        "bus.rou.xml",
+        "stops.add.xml",
+    ]
+
+
+def test_files_of_traffic_may_lie_where_a_person_allows_it(run: Commands, tmp_path: Path) -> None:
+    own = write_traffic(tmp_path / "own")
+    (tmp_path / "scenario").mkdir()
+    text = (own / "scenario.toml").read_text().replace('"run.sumocfg"', '"../own/run.sumocfg"')
+    (tmp_path / "scenario" / "scenario.toml").write_text(text)
+    refused = run("check", tmp_path / "scenario")
+    assert refused.code == 2
+    assert refused.err.count("\n") == 1
+    assert f"--allow {own}" in refused.err
+    assert run("check", tmp_path / "scenario", "--allow", own).code == 0
+    steered = run("check", own, "--control", "nothing.here:f")
+    assert (steered.code, "--control nothing.here:f" in steered.err) == (2, True)
 
 
 def test_build_takes_an_extract(run: Commands, tmp_path: Path, osm: Path) -> None:

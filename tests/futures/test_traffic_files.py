@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from planner import guard
 from planner.errors import InputError
 from planner.futures.traffic import Permit, traffic_options
-from planner.futures.traffic_files import ELEMENT, InputFiles
+from planner.futures.traffic_files import ELEMENT, SUSPECTS, InputFiles
 from planner.guard import xml_elements
 from planner.locks import temporary_folder
 from planner.network.read import read_net
@@ -154,6 +155,7 @@ REFUSED = {
     "walkers elsewhere": ({"config": '<pedestrian.model value="remote"/>'}, "on the network"),
     "the environment": ({"config": '<scale value="${HOME}"/>'}, r"without \$"),
     "no file": ({"stops": '<include href="nothing.xml"/>'}, "cannot be read"),
+    "no time": ({"config": '<begin value="soon"/>'}, r"run.sumocfg: begin: should be seconds or"),
     "a late begin": ({"config": '<b value="0:02:00"/>'}, "begins at 120 s, after traffic.at, 60 s"),
 }
 
@@ -194,6 +196,30 @@ def test_files_that_name_nothing_are_not_copied(tmp_path: Path) -> None:
     for tag in ("e1Detector", "e2Detector"):
         own[tag]["file"] = "NUL"
     assert elements == own
+
+
+@pytest.mark.parametrize(
+    "suspect",
+    [
+        '<edgeData id="e"/>',
+        '<e1Detector id="e" file="a"/>',
+        f"<{'a' * 200}/>",
+        '<param key="a"/>',
+        '<include href="a"/>',
+        "<timedEvent\t/>",
+    ],
+)
+def test_a_suspect_is_seen_wherever_it_is_read_in_two(
+    suspect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(guard, "BLOCK", 128)
+    file = tmp_path / "a.xml"
+    for shift in range(130):
+        ordinary = f"<routes>{' ' * shift}{'<vehicle/><routeDistribution/>' * 8}"
+        file.write_text(f"{ordinary}</routes>")
+        assert not guard.holds(file, SUSPECTS)
+        file.write_text(f"{ordinary}{suspect}{'<vehicle/>' * 30}</routes>")
+        assert guard.holds(file, SUSPECTS)
 
 
 @pytest.mark.parametrize(

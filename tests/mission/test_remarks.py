@@ -26,3 +26,12 @@ def test_the_papers_drone_comes_from_afar() -> None:
     assert scenario_remarks(opened) == ["uav.start: lies 60.0 km from the nearest road"]
     near = open_scenario("grid5x5", overrides=["uav.start.distance_m=500"])
     assert scenario_remarks(near) == []
+
+
+def test_few_particles_for_many_roads() -> None:
+    overrides = ["uav.start.distance_m=500", "search.particles=1700"]
+    (few,) = scenario_remarks(open_scenario("grid5x5", overrides=overrides))
+    assert few.startswith("search.particles: 1,700 are few for 60 roads")
+    assert "1,800 or more" in few
+    every = [*overrides, "search.sampling=all"]
+    assert scenario_remarks(open_scenario("grid5x5", overrides=every)) == []

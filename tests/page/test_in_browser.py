@@ -139,7 +139,9 @@ def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> 
 def test_it_tells_of_every_drone(browser: Browser, run: Shown, tmp_path: Path) -> None:
     plan = replace(run.plan, tracks=2 * run.plan.tracks, legs=2 * run.plan.legs)
     file = tmp_path / "two.html"
-    file.write_text(page(replace(run, plan=plan)), encoding="utf-8")
+    scenario = replace(run.opened.scenario, others=(run.opened.scenario.uav,))
+    two = replace(run.opened, scenario=scenario, other_airspaces=(None,))
+    file.write_text(page(replace(run, opened=two, plan=plan)), encoding="utf-8")
     browser.look(file, wide=390, high=800)
     browser.script("document.querySelectorAll('.legs')[1].rows[3].click()")
     for number, line in enumerate(browser.text("#doing").split("drone ")[1:], 1):

@@ -10,7 +10,9 @@ from planner.scenario.draft import read_draft
 from planner.scenario.toml_text import scenario_text
 
 
-@pytest.mark.parametrize("overrides", [(), ("futures.tolerance_m=2.5",)])
+@pytest.mark.parametrize(
+    "overrides", [(), ("futures.tolerance_m=2.5",), ("traffic.vehicles_per_hour=30.0",)]
+)
 @pytest.mark.parametrize("name", ["figure3", "grid5x5"])
 def test_a_shown_scenario_reads_back(name: str, overrides: tuple[str, ...], tmp_path: Path) -> None:
     folder = shipped(name)

@@ -32,7 +32,7 @@ from planner.streams import stream
 MINUTE_S, TEN_S = 60.0, 600.0  # after these the gaps aimed at are told
 CORES = 2
 CURVE_S = (10.0, 20.0, 30.0, 45.0, 60.0, 120.0, 300.0, 600.0)
-MORE = 8  # times the scenario's work goes into the plan
+MORE = 10  # times the scenario's work goes into the plan
 FARTHEST_KM, DRAWN = 700, 3
 
 
@@ -196,7 +196,12 @@ def verdict(points: Sequence[Point], condition: Condition, seconds: float) -> tu
 def main(argv: Sequence[str] | None = None) -> int:
     """Print value, bound and gap beside the aims for each condition; 1 if an aim is missed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--only", action="append", metavar="TEXT", help="conditions so named")
+    parser.add_argument(
+        "--only",
+        action="append",
+        metavar="TEXT",
+        help="conditions whose names begin so; repeatable",
+    )
     parser.add_argument("--seconds", type=float, default=MINUTE_S, help="for each (default 60)")
     parser.add_argument("--particles", type=int, default=1000, help="default 1000")
     wanted = parser.parse_args(argv)
@@ -204,7 +209,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     missed = 0
     print(f"{'':28} {'value':>7} {'bound':>7} {'1 min':>8} {'aim':>6} {'10 min':>8} {'aim':>6}")
     for one in conditions(datetime.datetime.now(tz=datetime.UTC).date()):
-        if wanted.only and not any(text in one.name for text in wanted.only):
+        if wanted.only and not one.name.startswith(tuple(wanted.only)):
             continue
         try:
             points = curve(one, wanted.particles, wanted.seconds)

@@ -108,7 +108,8 @@ def known_surplus(prices: Floats, sightings: SightingColumns, cell: int, known: 
 def fill_values(prices: Floats, table: PriceTable, value_to_go: Floats, since: int) -> None:
     """Fill from a bin on: the most that flights on from a state can earn above prices.
 
-    ``value_to_go`` (bins and as many as the longest hop lasts, states) is zero after the last bin.
+    ``value_to_go`` (bins and as many as the longest hop lasts, states) is zero where nothing is
+    seen any more.
     """
     sightings, hops, arrivals = table.sightings, table.hops, table.arrivals
     from_node, to_node = hops.from_node, hops.to_node
@@ -116,8 +117,13 @@ def fill_values(prices: Floats, table: PriceTable, value_to_go: Floats, since: i
     first_into, into = arrivals.first, arrivals.leg
     nodes = len(first_into) - 1
     bins = (len(sightings.first) - 1) // len(from_node)
-    known = np.empty(REMEMBERED)
-    for i in range(bins - 1, since - 1, -1):
+    known, last = np.empty(REMEMBERED), bins
+    while (
+        last > since
+        and sightings.first[last * len(from_node)] == (sightings.first[(last - 1) * len(from_node)])
+    ):
+        last -= 1  # from here on nothing is seen, and the values stay zero
+    for i in range(last - 1, since - 1, -1):
         here, cell = value_to_go[i], i * len(from_node)
         here[:nodes] = 0.0
         for hop in range(hops.legs, len(from_node)):

@@ -1,0 +1,48 @@
+"""What `planner compare --beliefs` does: plans for each belief, judged under each."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from planner.cli.backends import recorder_of
+from planner.cli.printing import print_result
+from planner.cli.progress import progress_bar
+from planner.cli.session import opened_scenario
+from planner.mission.regret import Regrets, regrets
+from planner.report.formats import Column, FittingTable
+from planner.search.methods import method_named
+
+
+def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
+    """Print what a plan for each component of the mixture costs where another one is true."""
+    opened = opened_scenario(arguments, overrides)
+    with progress_bar("beliefs") as progress:
+        found = regrets(recorder_of(arguments, opened), method_named("best"), progress)
+    summary = {
+        "planned_for": list(found.planned_for),
+        "truths": list(found.truths),
+        "figure": [list(row) for row in found.figure],
+        "regret": [list(row) for row in found.regret],
+    }
+    print_result(arguments, summary, _blocks(found, opened.scenario.name))
+    return 0
+
+
+def _blocks(found: Regrets, name: str) -> Iterator[Any]:
+    table = FittingTable(
+        f"{name}: plans for each belief of target.mix, under each",
+        (
+            Column("planned\nfor", left=True),
+            *(Column(f"if {truth}\nis true") for truth in found.truths),
+            Column("worst\nregret"),
+        ),
+    )
+    for planned, figures, worst in zip(found.planned_for, found.figure, found.worst, strict=True):
+        cells = [f"{one:,.0f} s" if found.is_time else f"{one:.1%}" for one in figures]
+        table.add_row(planned, *cells, f"{worst:.1%}")
+    yield table
+    least = min(range(len(found.worst)), key=lambda k: found.worst[k])
+    yield (
+        f"least worst regret: the plan for {found.planned_for[least]}; "
+        "target.caution widens a belief that may be wrong altogether"
+    )

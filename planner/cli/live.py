@@ -1,0 +1,154 @@
+"""What `planner fly --live` does: news is read as it comes, and waypoints are written."""
+
+import argparse
+import json
+import select
+import sys
+import time
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from planner.cli.news_arguments import line_of, named, setting_of
+from planner.cli.printing import console
+from planner.clock import clock
+from planner.errors import InputError
+from planner.export.flyable import against
+from planner.files import alone_at
+from planner.interrupts import first_interrupt_asks
+from planner.mission.live import BEST, DECIDE_S, Live, Offer, ends
+from planner.mission.news_words import Heard, Setting, heard, time_of
+from planner.mission.online import Mission, Remembering
+from planner.mission.places import waypoints
+from planner.mission.run_folder import open_run, refuse_no_run
+from planner.report import news_lines
+
+POLL_S = 0.2  # between two looks at the file
+NAME = "live.jsonl"  # in the run's folder
+
+
+def fly_live(arguments: argparse.Namespace) -> int:
+    """Read news until the target is found, the flight is over, or somebody ends it."""
+    refuse_no_run(arguments.directory)
+    opened, stored = open_run(arguments.directory)
+    written: Path = arguments.output or arguments.directory / NAME
+    mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
+    mission.warm_up()
+    live = Live(mission, against, decide_s=0.0 if arguments.auto else DECIDE_S)
+    watch = _Watch(setting_of(opened, stored, stored.plan.take_off_s, arguments.live.parent))
+    listener = _Listener(written, auto=arguments.auto, as_json=arguments.json)
+    with alone_at(written), first_interrupt_asks() as asked:
+        until = clock(stored.plan.end_s)
+        listener.say(f"reads {arguments.live} until {until}; plans go to {written}; Ctrl-C ends")
+
+        def is_over() -> bool:
+            return asked() or watch.now_s >= mission.plan.end_s
+
+        for line in _lines(arguments.live, is_over):
+            try:
+                meant, now_s = watch.heard(line)
+                listener.say("; ".join(meant.said))
+                if ends(meant):
+                    break
+                live.hear(meant, now_s, listener.decides)
+            except InputError as error:
+                listener.say(f"the plan there was stands: {error}")
+    listener.say(f"all plans taken are in {written}")
+    return 0
+
+
+class _Line(NamedTuple):
+    number: int
+    text: str
+
+
+class _Watch:
+    """Which time it is on the target's clock."""
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting, self._begun_s = setting, time.monotonic()
+        self._zero_s = setting.now_s
+        if setting.sighted_at is not None:
+            since_s = (datetime.now(UTC) - setting.sighted_at).total_seconds()
+            self._zero_s = max(setting.now_s, since_s)
+
+    @property
+    def now_s(self) -> float:
+        """Seconds on the target's clock: of the day, or as if it had taken off at the start."""
+        return self._zero_s + time.monotonic() - self._begun_s
+
+    def heard(self, line: _Line) -> tuple[Heard, float]:
+        """Return what a line means, and when it is told."""
+        with named(f"line {line.number}"):
+            said = line_of(line.text)
+            setting = self._setting._replace(now_s=self.now_s)
+            if "now" in said:
+                now_s = time_of("now", said.pop("now"), setting)
+                self._zero_s += now_s - self.now_s
+                setting = setting._replace(now_s=now_s)
+            return heard(said, setting), setting.now_s
+
+
+def _lines(file: Path, is_over: Callable[[], bool]) -> Iterator[_Line]:
+    """Yield the lines of a file as they are appended, until it is over."""
+    read, number = 0, 0
+    while not is_over():
+        content = file.read_bytes() if file.is_file() else b""
+        whole = content.rfind(b"\n") + 1
+        for text in content[read:whole].decode("utf-8", "replace").splitlines():
+            number += 1
+            if text.strip():
+                yield _Line(number, text)
+        if whole == read:
+            time.sleep(POLL_S)
+        read = max(read, whole)
+
+
+class _Listener:
+    """Tells a person, or a program, what comes, and writes what is taken."""
+
+    def __init__(self, written: Path, *, auto: bool, as_json: bool) -> None:
+        self._written, self._auto, self._json = written, auto, as_json
+        self._out = console()
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        if not self._json:
+            self._out.print(text, soft_wrap=True)
+
+    def decides(self, offer: Offer) -> bool:
+        """Return whether an offer is flown; one that is, is written."""
+        self.say(news_lines.offer_line(offer))
+        if not offer.is_new:
+            return False
+        if not self._auto:
+            if offer.is_quick:  # the best one comes before anybody has looked at it
+                return False
+            if not self._yes():
+                self.say("nobody said yes: the plan there was goes on")
+                return False
+        self._write(offer)
+        return True
+
+    def _write(self, offer: Offer) -> None:
+        (track,) = offer.plan.tracks
+        row = {
+            "from_s": offer.going_on.at_s,
+            "by": offer.found.attempt.method,
+            "took_s": round(offer.took_s, 3),
+            "waypoints": waypoints(track, offer.going_on.opened.network),
+            "sensor_on": track.sensor_on.tolist(),
+        }
+        text = json.dumps(row, allow_nan=False)
+        with self._written.open("a", encoding="utf-8") as file:
+            file.write(text + "\n")
+        if self._json:
+            print(text, flush=True)
+
+    def _yes(self) -> bool:
+        if sys.stdin is None or not sys.stdin.isatty():
+            return False
+        self._out.print(f"fly it? y within {DECIDE_S:g} s ", end="")
+        ready, _, _ = select.select([sys.stdin], [], [], DECIDE_S)
+        return bool(ready) and sys.stdin.readline().strip().lower() in ("y", "yes")

@@ -1,0 +1,134 @@
+"""False alarms: each one is looked at and dismissed, and all that it tells is that it is later now.
+
+They come by chance while the UAV searches, whatever it searches. What a flight is worth with them
+is an expectation over all targets, given when the alarms are; two ways to fly are held against each
+other on the same alarms and the same targets.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.checked import number, set_fields
+from planner.detection.evaluate import evaluate
+from planner.detection.evaluation import Evaluation
+from planner.errors import InputError
+from planner.flight.plan import Plan
+from planner.flight.track import Track
+from planner.futures.futures import Futures
+from planner.futures.none import NO_TARGETS
+from planner.intervals import student_interval
+from planner.mission.online import Mission, Remembering
+from planner.mission.recorder import problem_of
+from planner.mission.replan import Standing
+from planner.search.methods import Method
+
+SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
+
+
+@dataclass(frozen=True)
+class Alarms:
+    """How often false alarms come, and how long each one takes."""
+
+    every_s: float  # mean time of search from one to the next
+    lasts_s: float  # until it is dismissed
+
+    def __post_init__(self) -> None:
+        every_s = number("every_s", self.every_s, above=0.0)
+        set_fields(self, {"every_s": every_s, "lasts_s": number("lasts_s", self.lasts_s, least=0)})
+
+    def gaps_s(self, until_s: float, rng: np.random.Generator) -> Floats:
+        """Return the times of search between alarms, which together reach as far as is asked."""
+        many = int(until_s / self.every_s) + 1
+        gaps_s = rng.exponential(self.every_s, 2 * many + 20)
+        return np.asarray(gaps_s[: int(np.searchsorted(np.cumsum(gaps_s), until_s)) + 1])
+
+
+class Compared(NamedTuple):
+    """Expected times with alarms, of a plan flown late and of one made anew after each."""
+
+    late_s: tuple[float, ...]  # by sequence of alarms
+    anew_s: tuple[float, ...]
+
+    @property
+    def saved(self) -> float:
+        """Share of the time flown late that planning anew saves."""
+        return 1.0 - sum(self.anew_s) / sum(self.late_s)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Its 95 % interval, over sequences of alarms."""
+        share = 1.0 - self.saved
+        apart = [share * late - anew for late, anew in zip(self.late_s, self.anew_s, strict=True)]
+        low, high = student_interval(apart)
+        mean_s = sum(self.late_s) / len(self.late_s)
+        return self.saved + low / mean_s, self.saved + high / mean_s
+
+
+def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, anew: bool) -> Track:
+    """Return the whole flight of a mission with false alarms.
+
+    Parameters
+    ----------
+    gaps_s
+        Times of search between alarms, seconds.
+    lasts_s
+        For how long the UAV stands still at each.
+    anew
+        Whether it is planned anew after each; else the plan is flown later.
+    """
+    problem = problem_of(mission.opened, NO_TARGETS)
+    now_s, horizon_s = problem.uav.at_height.take_off_s, problem.objective.horizon_s
+    for gap_s in gaps_s:
+        now_s += gap_s
+        if now_s >= min(mission.plan.end_s, horizon_s):
+            break
+        now_s += lasts_s
+        try:
+            going_on = mission.heard(Standing(now_s, late_s=lasts_s))
+            is_settled = not anew or _left(mission, now_s) <= SETTLED
+            found = None if is_settled else mission.planned(going_on)
+        except InputError:  # nothing is left to be found, or the flight is over
+            break
+        mission.goes_on(going_on, going_on.incumbent if found is None else found.attempt.plan)
+    return mission.track
+
+
+def compared(
+    recorder: Remembering,
+    plan: Plan,
+    method: Method,
+    targets: Futures,
+    sequences: Sequence[Floats],
+    lasts_s: float,
+) -> Compared:
+    """Return what planning anew after alarms is worth, against the plan flown late.
+
+    Parameters
+    ----------
+    sequences
+        The times of search between alarms of each flight.
+    """
+    late_s: list[float] = []
+    anew_s: list[float] = []
+    for gaps_s in sequences:
+        for found, anew in ((late_s, False), (anew_s, True)):
+            mission = Mission(recorder, plan, method)
+            track = with_alarms(mission, gaps_s.tolist(), lasts_s, anew=anew)
+            found.append(_evaluated(mission, track, targets).expected_detection_time_s)
+    return Compared(tuple(late_s), tuple(anew_s))
+
+
+def _evaluated(mission: Mission, track: Track, targets: Futures) -> Evaluation:
+    problem = problem_of(mission.opened, NO_TARGETS)
+    return evaluate((track,), targets, problem.sensor, problem.objective)
+
+
+def _left(mission: Mission, now_s: float) -> float:
+    """Return the probability that a target is not found by now that is there."""
+    believed = mission.believed()
+    found = _evaluated(mission, mission.track, believed)
+    return 1.0 - found.found_by_probability(now_s) / float(believed.weight.sum())

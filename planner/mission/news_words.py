@@ -1,0 +1,299 @@
+"""News in words: a line of JSON, or a sentence, as what it means for a mission.
+
+Places are in the words that `planner now` takes, times are seconds or H:M:S since the target was
+last seen, a time of day where the scenario says when that was (``target.sighted_at``), or as long
+ago as in "-5min". All that is not understood is refused in one line.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from planner.clock import seconds, span, when
+from planner.errors import InputError
+from planner.messages import as_written, suggestion
+from planner.mission.news import target_faults
+from planner.mission.replan import Standing
+from planner.network.georeference import coordinates
+from planner.network.place_words import Where, on_road, told, where
+from planner.network.road_network import RoadNetwork
+from planner.scenario.faults import faults_of
+from planner.scenario.news import KINDS, News
+from planner.telemetry.flown import Reading, flown
+from planner.telemetry.read import read_log
+
+RADIUS_M = 200.0  # how well a place is known, where nobody says
+STREET_M = 30.0  # how far from its line who drives on a street may be
+NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)"
+HOW_SURE = rf"(?P<sure>{NUMBER}\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>{NUMBER})\s*m)?"
+SENTENCES = {  # in the order in which they are tried
+    "nothing": re.compile(
+        rf"nothing\s+(?:at\s+)?(?P<place>.+?)\s+from\s+(?P<from>.+?)\s+to\s+(?P<to>[^,]+),\s*"
+        rf"{HOW_SURE}",
+        re.IGNORECASE,
+    ),
+    "report": re.compile(
+        rf"(?:seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*{HOW_SURE}",
+        re.IGNORECASE,
+    ),
+}
+FORMS = (
+    '"seen at PLACE at 14:20, 70 % sure" or "nothing at PLACE from 14:10 to 14:20, 80 %", each '
+    'with ", within 200 m" if that is known'
+)
+KEYS = {
+    "report": {"place", "at", "sure", "radius_m", "sd_m", "target", "same_source", "insist"},
+    "nothing": {"place", "from", "to", "sure", "radius_m"},
+    "searched": {"track", "waypoints", "sensor_on", "radius_m", "detects", "speed_mps"},
+    "found": {"target"},
+    "delay": {"lasts"},
+    "uav": {"place", "battery"},
+}
+
+
+class Setting(NamedTuple):
+    """Where and when words are said."""
+
+    network: RoadNetwork
+    sighted_at: datetime | None  # which moment time 0 is; None: nobody said
+    now_s: float  # seconds on the target's clock
+    folder: Path = Path()  # where relative paths start
+    targets: int = 1  # how many there are
+    reading: Reading | None = None  # how recorded flights are understood; None: there are none
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What a piece of news means."""
+
+    news: tuple[News, ...] = ()  # of the target
+    standing: Mapping[str, Any] = field(default_factory=dict)  # of the UAV, as `Standing` has it
+    same_source: bool = False  # whether a report is from who gave the last one
+    insist: bool = False  # whether a report counts that hardly can be true
+    said: tuple[str, ...] = ()  # how it was understood
+
+    def then(self, other: "Heard") -> "Heard":
+        """Return both together."""
+        late_s = self.standing.get("late_s", 0.0) + other.standing.get("late_s", 0.0)
+        standing = {**self.standing, **other.standing}
+        return Heard(
+            (*self.news, *other.news),
+            standing | ({"late_s": late_s} if late_s else {}),
+            self.same_source or other.same_source,
+            self.insist or other.insist,
+            (*self.said, *other.said),
+        )
+
+    def standing_at(self, at_s: float) -> Standing:
+        """Return where the UAV is at a time."""
+        return Standing(at_s, **self.standing)
+
+
+def sentence(text: str) -> dict[str, Any]:
+    """Return a sentence as a line of JSON has it.
+
+    Raises
+    ------
+    InputError
+        If it is none that is known.
+    """
+    said = " ".join(text.split())
+    for kind, form in SENTENCES.items():
+        found = form.fullmatch(said)
+        if found is not None:
+            known = {key: value for key, value in found.groupdict().items() if value}
+            return {"kind": kind, **known}
+    raise InputError(f"{as_written(text)} is no news that is understood; write {FORMS}")
+
+
+def heard(line: Mapping[str, Any], setting: Setting) -> Heard:
+    """Return what a line of news means.
+
+    Raises
+    ------
+    InputError
+        If it means nothing; the text names the key and the remedy.
+    """
+    kind = line.get("kind")
+    if not isinstance(kind, str) or kind not in KEYS:
+        hint = suggestion(str(kind), KEYS)
+        raise InputError(f"kind: {as_written(kind)} is no kind of news; {hint}")
+    unknown = sorted({*line} - KEYS[kind] - {"kind", "at"})
+    if unknown:
+        hint = suggestion(unknown[0], KEYS[kind])
+        raise InputError(f"{unknown[0]}: is no key of news of kind {kind}; {hint}")
+    return _Line(line, setting).meant(kind)
+
+
+class _Line:
+    """One line of news, key by key."""
+
+    def __init__(self, line: Mapping[str, Any], setting: Setting) -> None:
+        self._line, self._setting = line, setting
+
+    def meant(self, kind: str) -> Heard:
+        match kind:
+            case "delay":
+                lasts_s = self._span("lasts")
+                return Heard(standing={"late_s": lasts_s}, said=(f"delayed by {lasts_s:g} s",))
+            case "uav":
+                return self._uav()
+            case "found":
+                return self._news(kind, {"target": self._line.get("target", 0)}, "found")
+            case "searched":
+                return self._searched()
+        return self._of_place(kind)
+
+    def _of_place(self, kind: str) -> Heard:
+        place = self._place()
+        radius_m = self._number("radius_m", STREET_M if place.edges else RADIUS_M)
+        table: dict[str, Any] = {"radius_m": radius_m, "sure": self._share("sure")}
+        if place.edges:
+            table["edges"] = list(place.edges)
+        else:
+            table["place"] = {"x_m": round(place.x_m, 1), "y_m": round(place.y_m, 1)}
+        name = told(place, self._setting.network)
+        if kind == "nothing":
+            table |= {"from_s": self._time("from"), "to_s": self._time("to")}
+            return self._news(kind, table, f"nothing at {name}")
+        if "sd_m" in self._line:
+            table["sd_m"] = self._number("sd_m", 0.0)
+            del table["radius_m"]
+        table |= {"at_s": self._time("at"), "heard_s": self._setting.now_s}
+        table["target"] = self._line.get("target", 0)
+        told_of = self._news(kind, table, f"seen at {name}, {table['sure']:.0%} sure")
+        return replace(told_of, same_source=self._flag("same_source"), insist=self._flag("insist"))
+
+    def _searched(self) -> Heard:
+        table = {
+            key: self._line[key]
+            for key in ("waypoints", "sensor_on", "detects", "speed_mps")
+            if key in self._line
+        }
+        table["radius_m"] = self._number("radius_m", 0.0)
+        if "track" in self._line:
+            table |= self._track(self._line["track"])
+        return self._news("searched", table, f"searched, within {table['radius_m']:g} m")
+
+    def _track(self, file: object) -> dict[str, Any]:
+        """Return the flight that a file holds, as another aircraft recorded it."""
+        setting = self._setting
+        if not isinstance(file, str) or setting.reading is None:
+            raise InputError("track: should be the path of a recorded flight; or give waypoints")
+        track = flown(read_log(setting.folder / file), setting.network, setting.reading).track
+        rows = np.stack([track.time_s, track.x_m, track.y_m], axis=1)
+        return {"waypoints": rows.tolist(), "sensor_on": track.sensor_on.tolist()}
+
+    def _uav(self) -> Heard:
+        standing: dict[str, Any] = {}
+        said = []
+        if "place" in self._line:
+            place = self._place(moved=False)
+            standing["xy_m"] = (place.x_m, place.y_m)
+            said.append(f"the UAV is at {told(place, self._setting.network)}")
+        if "battery" in self._line:
+            standing["left_s"] = self._span("battery")
+            said.append(f"its battery lasts for {standing['left_s']:g} s")
+        if not standing:
+            raise InputError("uav: says neither its place nor its battery; give one of them")
+        return Heard(standing=standing, said=tuple(said))
+
+    def _news(self, kind: str, table: Mapping[str, Any], said: str) -> Heard:
+        section, errors = KINDS[kind].checked({"kind": kind, **table})
+        if errors:
+            fault = next(iter(faults_of("", KINDS[kind], errors)))
+            key = fault.key.removeprefix(".")
+            raise InputError(f"{key}: {fault.text}" if key else fault.text)
+        one: Any = section
+        faults = [*target_faults([one], self._setting.targets)]
+        if faults:
+            raise InputError(f"target: {faults[0].text}")
+        return Heard(news=(one,), said=(said,))
+
+    # Values
+
+    def _place(self, *, moved: bool = True) -> Where:
+        said = self._line.get("place")
+        if isinstance(said, Mapping) and {*said} == {"x_m", "y_m"}:
+            x_m, y_m = (_finite(f"place.{key}", said[key]) for key in ("x_m", "y_m"))
+            return Where(x_m, y_m, coordinates(self._setting.network, np.array([x_m, y_m])))
+        if not isinstance(said, str):
+            raise InputError("place: should be a place in words, or { x_m, y_m }; give one")
+        place = where(said, self._setting.network)
+        if place.edges or not moved or self._setting.network.is_abstract:
+            return place
+        return on_road(said, place, self._setting.network)[0]
+
+    def _time(self, key: str) -> float:
+        return time_of(key, self._line.get(key), self._setting)
+
+    def _span(self, key: str) -> float:
+        value = self._line.get(key)
+        if isinstance(value, str):
+            return span(value)
+        if value is None or _finite(key, value) < 0.0:
+            raise InputError(f"{key}: is missing, or negative; give how long, as 90s or 2min")
+        return _finite(key, value)
+
+    def _share(self, key: str) -> float:
+        value = self._line.get(key)
+        if isinstance(value, str):
+            found = re.fullmatch(rf"({NUMBER})\s*(%?)", value.strip())
+            value = float(found[1]) / (100.0 if found[2] else 1.0) if found else None
+        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
+            raise InputError(f"{key}: should be a probability; write 0.7 or 70 %")
+        return float(value)
+
+    def _number(self, key: str, usual: float) -> float:
+        value = self._line.get(key, usual)
+        is_number = isinstance(value, str) and re.fullmatch(NUMBER, value.strip())
+        return float(value) if is_number else _finite(key, value)
+
+    def _flag(self, key: str) -> bool:
+        value = self._line.get(key, False)
+        if not isinstance(value, bool):
+            raise InputError(f"{key}: should be true or false, not {as_written(value)}")
+        return value
+
+
+def _finite(key: str, value: object) -> float:
+    """Return a finite number."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value):  # type: ignore[arg-type]
+        raise InputError(f"{key}: should be a number, not {as_written(value)}")
+    return float(value)  # type: ignore[arg-type]
+
+
+def time_of(key: str, value: object, setting: Setting) -> float:
+    """Return a time in words as seconds on the target's clock.
+
+    Raises
+    ------
+    InputError
+        If it is none, or a time of day where nobody said when time 0 was.
+    """
+    if value is None:
+        raise InputError(f"{key}: is missing; give a time, as 1200, 0:20:00 or -5min")
+    try:
+        return seconds(value) if not str(value).startswith("-") else _ago(str(value), setting)
+    except InputError:
+        if not isinstance(value, str):
+            raise
+    if setting.sighted_at is None:
+        raise InputError(
+            f"{key}: {as_written(value)} is no time since the target was last seen, and the "
+            "scenario does not say at which time of day that was (target.sighted_at); write "
+            "1200, 0:20:00 or -5min"
+        )
+    now = setting.sighted_at + timedelta(seconds=setting.now_s)
+    return (when(value, now) - setting.sighted_at).total_seconds()
+
+
+def _ago(text: str, setting: Setting) -> float:
+    return setting.now_s - span(text[1:])

@@ -1,0 +1,113 @@
+"""Several UAVs from one end to the other: planned, written, flown, checked and exported."""
+
+import csv
+import json
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from planner.cli import main
+from support.command_line import Commands
+from support.town_on_earth import SETS, on_earth
+
+ON_FIGURE3 = "uav=[{start={x_m=-9000,y_m=0}},{start={x_m=20000,y_m=0}, speed_mps=80}]"
+BESIDE = "uav=[{start={x_m=0,y_m=0}},{start={x_m=60,y_m=0}}]"
+SMALL = ("--method", "rate", "--targets", "40", "--set", "search.particles=20")
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Commands:
+    return Commands(capsys)
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of two UAVs whose sensors may miss."""
+    folder = tmp_path_factory.mktemp("two") / "run"
+    misses = ("--set", "sensor.detects=0.7")
+    plan = ["plan", "figure3", *SMALL, *misses, "--set", ON_FIGURE3, "-o", str(folder)]
+    assert main(plan) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def in_town(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of two multicopters in a town."""
+    folder = tmp_path_factory.mktemp("town")
+    short = ("--set", "search.horizon_s=900", "--set", "sensor.radius_m=30")
+    fleet = ("--set", BESIDE, *SETS, *short)
+    plan = ["plan", str(on_earth(folder)), *SMALL, *fleet, "-o", str(folder / "run")]
+    assert main(plan) == 0
+    return folder / "run"
+
+
+def test_a_plan_holds_a_flight_of_each(two: Path) -> None:
+    content = json.loads((two / "plan.json").read_text())
+    assert [(uav["uav"], uav["flight"]) for uav in content["uavs"]] == [(0, 0), (1, 0)]
+    assert [uav["speed_mps"] for uav in content["uavs"]] == [100.0, 80.0]
+    heights = [uav["altitude_m"] for uav in content["uavs"]]
+    assert heights == [150.0, 165.0]
+
+
+def test_the_odds_of_two_follow_from_their_waypoints_alone(
+    run: Commands, two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run("futures", two / "run.json", "-o", tmp_path).code == 0
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    check = import_module("verify").main
+    assert check([str(two), "--futures", str(tmp_path)]) == 0
+    content = json.loads((two / "plan.json").read_text())
+    content["uavs"].pop()
+    (two.parent / "one").mkdir()
+    (two.parent / "one" / "plan.json").write_text(json.dumps(content))
+    assert check([str(two.parent / "one"), "--futures", str(tmp_path)]) == 1
+
+
+def test_flights_are_told_one_by_one(run: Commands, two: Path) -> None:
+    said = run("plan", "figure3", *SMALL, "--set", ON_FIGURE3)
+    head = said.out[said.out.index("UAV") :].splitlines()
+    assert sum(line.split()[:2] == [name, "1"] for line in head for name in ("1", "2")) == 2
+    assert run("fly", two, "--targets", "50", "--force").code == 0
+    with (two / "flights.csv").open() as file:
+        found = [row["uav"] for row in csv.DictReader(file) if row["found"] == "1"]
+    assert set(found) - {"UAV 1", "UAV 2"} == set()
+    assert found
+
+
+def test_a_page_knows_all(two: Path) -> None:
+    text = (two / "page.html").read_text()
+    assert "2 drones, 80 and 100 m/s" in text
+    assert "Flight of drone 2" in text
+
+
+def test_each_has_a_mission_of_its_own_and_maps_hold_all(
+    run: Commands, in_town: Path, tmp_path: Path
+) -> None:
+    said = run("export", in_town, "-o", tmp_path, "--check", "--json").json
+    names = {Path(name).name for name in said["files"]}
+    assert {"flight-uav1.plan", "flight-uav2.waypoints", "flight.kml", "flight.txt"} <= names
+    features = json.loads((tmp_path / "flight.geojson").read_text())["features"]
+    assert [one["id"] for one in features if one["id"].endswith("flight")] == [
+        "uav0.flight",
+        "uav1.flight",
+    ]
+    assert (tmp_path / "flight.gpx").read_text().count("<trk>") == 2
+    fcd = (tmp_path / "flight.fcd.xml").read_text()
+    assert 'id="uav0"' in fcd
+    assert 'id="uav1"' in fcd
+    assert not any("may be nearer" in line for one in said["flights"] for line in one["wrong"])
+
+
+def test_flights_too_near_each_other_are_not_exported(
+    run: Commands, in_town: Path, tmp_path: Path
+) -> None:
+    content = json.loads((in_town / "plan.json").read_text())
+    content["uavs"][1]["waypoints"] = content["uavs"][0]["waypoints"]
+    content["uavs"][1]["legs"] = content["uavs"][0]["legs"]
+    (tmp_path / "run.json").write_bytes((in_town / "run.json").read_bytes())
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    said = run("export", tmp_path, "-o", tmp_path / "flight")
+    assert said.code == 2
+    assert "UAV 1 and UAV 2 may be nearer than 15 m in height and 50 m beside" in said.err

@@ -1,0 +1,70 @@
+"""What questions are worth: nothing for coin flips, something for what tells targets apart."""
+
+import numpy as np
+import pytest
+
+from planner.flight.plan import Plan
+from planner.futures.futures import Futures
+from planner.mission import ask, questions
+from planner.mission.online import Mission, Remembering
+from planner.mission.opening import open_scenario
+from planner.mission.replan import Standing
+from planner.search.methods import method_named
+
+SMALL = ("search.particles=256", "search.work=2000", "search.sampling=sobol", "search.targets=400")
+
+
+@pytest.fixture(scope="module")
+def mission() -> Mission:
+    recorder = Remembering(open_scenario("grid5x5", overrides=SMALL), workers=1)
+    found = Mission(recorder, Plan("", (), ()), method_named("rate"))
+    found.plan = found.made().plan
+    return found
+
+
+def coin(number: int) -> questions.Question:
+    """A question that has nothing to do with the target."""
+
+    def of(futures: Futures) -> np.ndarray:
+        return np.random.default_rng([number, len(futures)]).integers(0, 2, len(futures))
+
+    return questions.Question(f"coin {number}", ("heads", "tails"), of)
+
+
+def test_coin_flips_are_not_worth_asking(mission: Mission) -> None:
+    going_on = mission.heard(Standing(300.0))
+    targets = ask.fresh_now(mission, going_on)
+    coins = [coin(number) for number in range(20)]
+    found = ask.ask(mission.recorder, going_on, mission.method, coins, targets)
+    assert sum(one.is_worth_asking for one in found) <= 1
+    assert [one.low_s for one in found] == sorted((one.low_s for one in found), reverse=True)
+
+
+def test_a_question_that_tells_is_worth_something_and_no_more_than_can_be(
+    mission: Mission,
+) -> None:
+    going_on = mission.heard(Standing(300.0))
+    targets = ask.fresh_now(mission, going_on)
+    believed = mission.recorder.now(going_on.opened).planning().futures
+    one = questions.first_road(believed, mission.opened.network)
+    (found,) = ask.ask(mission.recorder, going_on, mission.method, [one], targets)
+    assert found.is_worth_asking
+    assert sum(found.likely) == pytest.approx(1.0)
+    assert found.high_s < ask.most_s(going_on, targets)
+
+
+def test_answers_are_told_apart_by_what_targets_do(mission: Mission) -> None:
+    futures, network = mission.recorder.planning().futures, mission.opened.network
+    fast = questions.speed_class(futures).of(futures)
+    ways = np.hypot(*(futures.positions(60.0) - futures.positions(0.0)).T)
+    assert ways[fast == 2].min() >= ways[fast == 0].max()
+    node = network.node_ids.index("r1c0")
+    passed = questions.camera(network, node, 1500.0).of(futures) == 1
+    near = np.array([futures.xy(k, np.arange(0.0, 1500.0)) for k in range(len(futures))])
+    away_m = np.hypot(*(near - network.node_xy_m[node]).transpose(2, 0, 1)).min(axis=1)
+    assert np.array_equal(passed, away_m <= questions.CAMERA_M)
+    east = questions.side(futures, 1000.0)
+    assert 0.2 < float(futures.weight @ east.of(futures)) < 0.8
+    assert "yes" in {
+        a for one in questions.usual_questions(futures, network, 1500.0) for a in one.answers
+    }
