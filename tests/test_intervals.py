@@ -5,7 +5,7 @@ import pytest
 
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
-from planner.intervals import half_width, share_interval
+from planner.intervals import half_width, half_width_of_runs, share_interval
 
 
 @pytest.mark.parametrize("truth", [0.02, 0.3, 0.5, 0.97])
@@ -56,3 +56,47 @@ def test_nineteen_of_twenty_intervals_of_a_mean_hold_it() -> None:
     assert np.mean(np.array(off) <= 1.0) == pytest.approx(0.95, abs=0.015)
     assert half_width(draws[0], weight / 2) == pytest.approx(half_width(draws[0], weight) / 2)
     assert half_width(draws[0], 0 * weight) == half_width(draws[0][:1], np.ones(1)) == np.inf
+
+
+def test_what_values_of_a_run_have_in_common_widens_the_interval() -> None:
+    """Over many draws the interval of runs holds the mean 95 times in 100, that of values less."""
+    rng, run = np.random.default_rng(7), np.repeat(np.arange(8), 25)
+    weight = np.full(200, 1 / 200)
+    hits = {"runs": 0, "values": 0}
+    for _ in range(400):
+        values = rng.normal(0.0, 1.0, 8)[run] + rng.normal(0.0, 1.0, 200)
+        off = abs(values.mean())
+        hits["runs"] += off <= half_width_of_runs(values, weight, run)
+        hits["values"] += off <= half_width(values, weight)
+    assert 0.92 <= hits["runs"] / 400 <= 0.98
+    assert hits["values"] / 400 < 0.7
+
+
+def test_runs_of_one_value_are_values() -> None:
+    values, weight = np.array([3.0, 5.0, 4.0, 9.0]), np.array([0.3, 0.2, 0.1, 0.2])
+    alike = half_width_of_runs(values, weight, np.array([4, 1, 2, 7]))
+    share = weight / weight.sum()
+    deviation = share * (values - share @ values)
+    error = np.sqrt((deviation**2).sum() * 4 / 3)
+    assert alike == pytest.approx(0.8 * 3.182446 * error, rel=1e-5)
+    assert half_width_of_runs(values, weight, np.zeros(4, int)) == np.inf
+
+
+def test_an_evaluation_in_traffic_counts_runs() -> None:
+    """Of targets that one queue holds up, a hundred say little more than one."""
+    seen_at = np.repeat([100.0, 250.0, 180.0, np.inf], 25)
+    weight, objective = np.full(100, 0.01), Objective(300.0)
+    alone = Evaluation(seen_at, weight, np.zeros(100), objective)
+    together = Evaluation(
+        seen_at, weight, np.zeros(100), objective, run=np.repeat(np.arange(4), 25)
+    )
+    widths = [np.ptp(one.ci95_s) for one in (alone, together)]
+    assert widths[1] > 5 * widths[0]
+    found = [np.ptp(one.found_interval) for one in (alone, together)]
+    assert found[1] > 3 * found[0]
+    part = together.of_those(np.arange(100) < 50)
+    assert part.run is not None
+    assert np.unique(part.run).tolist() == [0, 1]
+    single = Evaluation(seen_at, weight, np.zeros(100), objective, run=np.zeros(100, int))
+    assert single.ci95_s == (0.0, 300.0)
+    assert single.found_interval == pytest.approx((0.0, 1.0))

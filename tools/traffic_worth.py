@@ -92,7 +92,7 @@ class Case(NamedTuple):
 
 def cases(folder: Path, particles: int) -> Iterator[Case]:
     """Yield the towns that there are."""
-    for per_hour in (1000, 2000, 3000):
+    for per_hour in (1000, 3000, 4500):
         text = {**BERLIN, "traffic": f"vehicles_per_hour = {per_hour}", "particles": particles}
         yield _case(f"Berlin, {per_hour:,}/h", folder / f"berlin{per_hour}", text)
     data = Path(os.environ.get("PLANNER_DATA", "data"), "bologna_acosta")

@@ -50,7 +50,17 @@ def seen_within(
 
 
 def _met_s(segment: Segment, at: Motion, start_s: Array, radius_m: float) -> Array:
-    """Return when flights begun at some times meet some pieces of motion."""
+    """Return when flights begun at some times meet some pieces of motion, (pairs,); or infinity.
+
+    With starts at an end of each span: when one end of the segment of flights comes in reach.
+
+    Parameters
+    ----------
+    at
+        One piece for each pair.
+    start_s
+        (pairs,).
+    """
     on_s = np.maximum(start_s + segment.begin_s, at.from_s)
     off_s = np.minimum(start_s + segment.end_s, at.to_s)
     flown = segment.place + segment.velocity * (on_s - start_s - segment.begin_s)
@@ -62,7 +72,16 @@ def _met_s(segment: Segment, at: Motion, start_s: Array, radius_m: float) -> Arr
 def _between(
     segment: Segment, at: Motion, starts_s: tuple[Array, Array], radius_m: float
 ) -> list[Array]:
-    """Return when pieces are met at either end of the line, and when right abreast of it."""
+    """Return when flights from within spans meet some pieces, as above; three times (pairs,).
+
+    The first two are when a piece is in reach of the begin or the end of the line, and a flight
+    from the span just there; the third is when it is right abreast of one. Infinity: never.
+
+    Parameters
+    ----------
+    starts_s
+        The first and the last start of each pair's span.
+    """
     first, last = starts_s
     lasts_s, speed_mps = segment.end_s - segment.begin_s, abs(segment.velocity)
     ends = (
@@ -87,7 +106,13 @@ def _between(
 
 
 def _while(at: Motion, value: Array, slope: Array, limits: tuple[Array, Array]) -> Interval:
-    """Return while value + slope (s - from) is within limits, no longer than pieces last."""
+    """Return while value + slope (s - from) is within limits, no longer than pieces last, (pairs,).
+
+    Parameters
+    ----------
+    value
+        Where each piece begins, at ``from``; like ``slope`` and limits, (pairs,) or one for all.
+    """
     low, high = ((limit - value) / slope for limit in limits)
     level = slope == 0.0
     inside = level & (value >= limits[0]) & (value <= limits[1])

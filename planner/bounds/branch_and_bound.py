@@ -21,6 +21,7 @@ from planner.bounds.kernels.prices import Start
 from planner.bounds.movements import Movements, Place
 from planner.bounds.particle_prices import Table
 from planner.bounds.subgradient import lowest
+from planner.search.stop import never
 
 ROUND = 8  # prefixes at once, whatever the number of threads
 SMALL = 500_000  # sightings
@@ -101,7 +102,7 @@ class Search:
         value: float,
         stop: Callable[[float], bool],
         *,
-        is_late: Callable[[], bool] = bool,
+        is_late: Callable[[], bool] = never,
         workers: int = 1,
     ) -> None:
         objective = movements.problem.objective

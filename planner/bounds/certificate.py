@@ -1,7 +1,7 @@
 """How far a plan may be from the best one of its class, on the same particles."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from planner.arrays import Floats
@@ -13,6 +13,7 @@ from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
 from planner.detection.chase import chased_alone
 from planner.detection.evaluate import evaluate
+from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.progress import Progress, silent
@@ -78,44 +79,55 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     """
     if problem.start is not None:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
-    if not problem.sensor.is_perfect:
-        raise NotApplicableError("there is no bound yet for a sensor that may miss")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None
     objective = problem.objective
-    seen_at = evaluate(plan.tracks, problem.futures, problem.sensor, objective).seen_at
+    earned = evaluate(plan.tracks, problem.futures, problem.sensor, objective).reward
+    if not problem.sensor.is_perfect:
+        # Who misses nothing earns no less: its bound is one for a sensor that may miss, too.
+        problem = problem.replace(sensor=problem.sensor.without_misses)
     if problem.uav.aircraft is not None:
         sees_m = problem.sensor.radius_m + problem.uav.strays_m
         wider = replace(problem.sensor, radius_m=sees_m)
         problem = problem.replace(uav=problem.uav.fastest, sensor=wider)
-    movements = Movements(problem)
-    earned, weight = objective.reward(seen_at), problem.futures.weight
-    reward = float(weight @ earned)
-    value = objective.value(reward)
+    weight = problem.futures.weight
+    value = objective.value(float(weight @ earned))
     earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
-    done, trace = 0, list[TracePoint]()
-
-    def stop(bounded: float) -> bool:
-        nonlocal done
-        done += 1
-        bound, step = objective.value(min(bounded, most)), done
-        gap = gap_of(value, bound)
-        if not trace or trace[-1].value != bound:
-            trace.append(TracePoint(step, bound))
-        note = f"value {value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
-        effort.on_progress(step, STEPS, note)
-        return gap <= effort.gap or effort.stop(step)
-
+    so_far = _SoFar(effort, objective, value, most)
     if not on_roads:
-        bound = objective.value(min(most, most_of_any_flight(problem, earliest_s, earned, stop)))
-        physics = objective.value(most)
-        return Certificate(value, bound, "free", trace=tuple(trace), physics=physics)
-    bin_s = movements.fitting_bin_s
-    search = _searched(movements, bin_s, earned, stop, lambda: effort.stop(done), effort.workers)
+        reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
+        bound, physics = objective.value(reward), objective.value(most)
+        return Certificate(value, bound, "free", trace=tuple(so_far.trace), physics=physics)
+    movements = Movements(problem)
+    search = _searched(movements, earned, so_far)
     bound = objective.value(min(search.bound, most))
-    return Certificate(value, bound, "roads", bin_s, search.proof, search.better, tuple(trace))
+    proof, trace = search.proof, tuple(so_far.trace)
+    return Certificate(value, bound, "roads", movements.fitting_bin_s, proof, search.better, trace)
+
+
+class _SoFar:
+    """How far a search for a bound has got, and whether it ends."""
+
+    def __init__(self, effort: Effort, objective: Objective, value: float, most: float) -> None:
+        self.effort, self._objective, self._value, self._most = effort, objective, value, most
+        self._steps, self.trace = 0, list[TracePoint]()
+
+    def hear(self, bounded: float) -> bool:
+        """Take note of the most that is known after one more step; tell whether to end."""
+        bound = self._objective.value(min(bounded, self._most))
+        self._steps += 1
+        gap = gap_of(self._value, bound)
+        if not self.trace or self.trace[-1].value != bound:
+            self.trace.append(TracePoint(self._steps, bound))
+        note = f"value {self._value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        self.effort.on_progress(self._steps, STEPS, note)
+        return gap <= self.effort.gap or self.is_late()
+
+    def is_late(self) -> bool:
+        """Tell whether to end, without a step."""
+        return self.effort.stop(self._steps)
 
 
 def proven_bound(movements: Movements, certificate: Certificate) -> float:
@@ -139,19 +151,18 @@ def _most(problem: Problem) -> float:
     return float(problem.futures.weight @ problem.objective.reward(seen_at))
 
 
-def _searched(
-    movements: Movements,
-    bin_s: float,
-    earned: Floats,
-    stop: Callable[[float], bool],
-    is_late: Callable[[], bool],
-    workers: int,
-) -> Search:
+def _searched(movements: Movements, earned: Floats, so_far: _SoFar) -> Search:
     """Return a search for the best bound that has ended, started from what a plan earns."""
-    table, weight = table_of(movements, bin_s), movements.problem.futures.weight
+    table, weight = table_of(movements, movements.fitting_bin_s), movements.problem.futures.weight
     start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
-    value = float(weight @ earned)
-    search = Search(movements, table, value, stop, is_late=is_late, workers=workers)
+    search = Search(
+        movements,
+        table,
+        float(weight @ earned),
+        so_far.hear,
+        is_late=so_far.is_late,
+        workers=so_far.effort.workers,
+    )
     search.begin(start, FIRST_STEPS)
     while not search.done and not search.stopped:
         search.split(FURTHER_STEPS)

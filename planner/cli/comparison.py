@@ -63,7 +63,15 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     lead = paired.against_patterns(rows)
     uav = opened.scenario.uav
     flown = [real_flight.aircraft_line(uav)] if uav.is_real else []
-    said = [table, *filter(None, [lead]), *sentences.reasons(rows), *bounds.reasons, *flown]
+    blind = sentences.as_if_perfect({row.method: row.evaluated for row in rows if row.evaluated})
+    hidden = sentences.hidden_line(opened.scenario.truth.hidden)
+    said = [
+        table,
+        *filter(None, [lead, blind, hidden]),
+        *sentences.reasons(rows),
+        *bounds.reasons,
+        *flown,
+    ]
     said += written
     print_result(arguments, summary, said)
     return 0

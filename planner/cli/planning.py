@@ -341,6 +341,13 @@ def _blocks(
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
         yield real_flight.aircraft_line(opened.scenario.uav)
+    yield from filter(
+        None,
+        (
+            sentences.as_if_perfect({found.row.method: trial.evaluated}),
+            sentences.hidden_line(opened.scenario.truth.hidden),
+        ),
+    )
     yield from _hints(found, own=own is not None)
     if trial.result.stopped:
         yield "the search was stopped: this is the best plan so far"

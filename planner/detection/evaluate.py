@@ -1,6 +1,7 @@
 """What flights achieve together against futures."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,10 +29,12 @@ def evaluate_all(
     With perfect sensors that is each target's earliest sighting; else the exposures of all flights
     add up.
     """
+    run = None if futures.fates is None else futures.fates.realisation
     if not all(sensor.is_perfect for _, sensor in searched):
         unseen = survival(futures, searched)
-        return Evaluation.of_survival(unseen, futures.weight, futures.end_s, objective)
+        found = Evaluation.of_survival(unseen, futures.weight, futures.end_s, objective)
+        return found if run is None else replace(found, run=run)
     seen_at = np.full(len(futures), np.inf)
     for track, sensor in searched:
         np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
-    return Evaluation(seen_at, futures.weight, futures.end_s, objective)
+    return Evaluation(seen_at, futures.weight, futures.end_s, objective, run=run)

@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Frozen, freeze
+from planner.arrays import Flags, Floats, Frozen, Ints, freeze
 from planner.checked import same_length, weights
 from planner.detection.objective import Objective
 from planner.detection.survival import Survival
 from planner.errors import InputError
-from planner.intervals import half_width, share_interval
+from planner.intervals import half_width, half_width_of_runs, share_interval
 
 MOMENTS = 1000  # of a curve that has no steps
 
@@ -33,6 +33,7 @@ class Evaluation(Frozen):
     end_s: Floats  # (N,) seconds, when the target reaches its goal; -inf: never sets out
     objective: Objective
     survival: Survival | None = None  # where a sensor may miss; None: whoever is seen is found
+    run: Ints | None = None  # (N,) of the traffic, in which targets met; None: none met another
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
@@ -42,6 +43,8 @@ class Evaluation(Frozen):
             raise InputError("seen_at: holds NaN; infinity stands for never")
         if self.survival is not None:
             same_length(weight=self.weight, survival=self.survival.first[1:])
+        if self.run is not None:
+            same_length(weight=self.weight, run=self.run)
 
     @classmethod
     def of_survival(
@@ -58,6 +61,7 @@ class Evaluation(Frozen):
             self.end_s[which],
             self.objective,
             self.survival and self.survival.of_those(which),
+            None if self.run is None else self.run[which],
         )
 
     @cached_property
@@ -137,11 +141,12 @@ class Evaluation(Frozen):
         with p = sum(weight), v = weight / p, x = min(tau, horizon), m = sum_k v_k x_k and
         n = 1 / sum_k v_k^2, which is the number of targets when all weigh the same. The
         probability 1 - p that there is no target is known, not drawn, and adds no width. Fewer
-        than two draws tell nothing: the interval is then from 0 to the horizon.
+        than two draws tell nothing: the interval is then from 0 to the horizon. Of targets in
+        traffic only those of different runs are independent.
         """
         if self.weight.sum() <= 0.0:
             return self.objective.horizon_s, self.objective.horizon_s
-        half_s = half_width(self.time_s, self.weight)
+        half_s = self._half_width(self.time_s)
         if np.isinf(half_s):
             return 0.0, self.objective.horizon_s
         middle_s = self.expected_detection_time_s
@@ -170,8 +175,26 @@ class Evaluation(Frozen):
         if present <= 0:
             return 0.0, 0.0
         draws = present**2 / float(self.weight @ self.weight)
+        if self.run is not None:  # as many independent ones as would make the interval as wide
+            draws *= self._worth_of_draw()
         low, high = share_interval(min(1.0, probability / present), draws)
         return low * present, high * present
+
+    def _half_width(self, values: Floats) -> float:
+        if self.run is None:
+            return half_width(values, self.weight)
+        return half_width_of_runs(values, self.weight, self.run)
+
+    def _worth_of_draw(self) -> float:
+        """Return what a target counts for that meets others of its run, at most 1.
+
+        By the detection times, whose interval says how much targets of a run have in common; a
+        share near 0 or 1 says nothing of that by itself.
+        """
+        together, alone = self._half_width(self.time_s), half_width(self.time_s, self.weight)
+        if not np.isfinite(together):
+            return 0.0
+        return min(1.0, (alone / together) ** 2) if together > 0.0 else 1.0
 
     def curve(self) -> tuple[Floats, Floats]:
         """Return the detection curve: rising times (M,), seconds, and the probability by each.

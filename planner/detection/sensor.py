@@ -1,7 +1,7 @@
 """What the UAV carries to see the target with."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -36,6 +36,11 @@ class Sensor:
     def is_perfect(self) -> bool:
         """Whether it sees everybody who comes within its radius."""
         return math.isinf(self.rate_per_s)
+
+    @property
+    def without_misses(self) -> "Sensor":
+        """The same sensor as if it were perfect."""
+        return replace(self, rate_per_s=math.inf)
 
     def detects(self, speed_mps: float) -> float:
         """Return the probability that a pass straight over a resting target at a speed sees it."""

@@ -190,7 +190,7 @@ def _refuse(instance: Instance, problem: Problem) -> None:
 
 def _about(instance: Instance, problem: Problem) -> dict[str, Any]:
     network, bound = problem.network, instance.bound
-    known = versions()
+    known, detects = versions(), problem.sensor.detects(problem.uav.speed_mps)
     return {
         "schema": SCHEMA,
         "name": instance.name,
@@ -198,7 +198,7 @@ def _about(instance: Instance, problem: Problem) -> dict[str, Any]:
         "licence": _licence(network),
         "made_by": f"sumo-search-planner {known['planner']}, SUMO {known['sumo']}",
         "horizon_s": problem.horizon_s,
-        "sensor": {"radius_m": problem.sensor.radius_m, "detects": 1.0},
+        "sensor": {"radius_m": problem.sensor.radius_m, "detects": detects},
         "uavs": [_uav(problem.uav)],
         "network": frame(network),
         "nodes": [

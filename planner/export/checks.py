@@ -9,9 +9,10 @@ import numpy as np
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
-from planner.flight.separation import APART_M, BESIDE_M, MISTIMED, too_near_s
+from planner.flight.separation import BESIDE_M, MISTIMED, too_near_s
 from planner.flight.turning import tight_corners
 from planner.messages import counted
+from planner.scenario.fleet import APART_M
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
 FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of more

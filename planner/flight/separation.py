@@ -13,9 +13,9 @@ import numpy as np
 from planner.arrays import Flags, Floats, Frozen, freeze
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+from planner.scenario.fleet import APART_M
 
-APART_M = 15.0  # in height
-BESIDE_M = 50.0  # or on the ground plan
+BESIDE_M = 50.0  # on the ground plan, where they are not `APART_M` apart in height
 MISTIMED = 0.05  # share of the time since take-off by which a flight may be early or late
 STEP_S = 5.0  # a flight is cut into parts of at most that, anywhere in which it may be
 ROUNDING_M = 1e-6

@@ -1,17 +1,18 @@
 """What is recorded so far, particle by particle, so that an interrupted recording goes on."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.arrays import Offsets, first_rows
+from planner.arrays import Offsets
 from planner.errors import InputError
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.fates import COLUMNS as FATE_COLUMNS
 from planner.futures.fates import Fates
 from planner.futures.futures import Futures
+from planner.futures.pooled import pooled
 from planner.npz import read_columns, write_columns
 
 KNOTS = ("time_s", "x_m", "y_m", "first_knot")
@@ -72,26 +73,12 @@ class Kept:
     def first(self, count: int) -> Futures:
         """Return the futures of the first so many particles; all weigh the same and stay."""
         order = np.argsort(np.concatenate([particles for particles, _ in self._parts]))
-        return joined([part for _, part in self._parts]).take(order[:count])
+        first = pooled([part for _, part in self._parts]).take(order[:count])
+        return first.reweighted(np.full(len(first), 1.0 / max(1, len(first))))
 
     def _add(self, particles: Offsets, part: Futures) -> None:
         self._there[particles] = True
         self._parts.append((particles, part))
-
-
-def joined(parts: Sequence[Futures]) -> Futures:
-    """Return the particles of several futures as one; all weigh the same and stay."""
-    counts = np.concatenate([np.diff(part.first_knot) for part in parts])
-    return Futures(
-        time_s=np.concatenate([part.time_s for part in parts]),
-        x_m=np.concatenate([part.x_m for part in parts]),
-        y_m=np.concatenate([part.y_m for part in parts]),
-        first_knot=first_rows(counts),
-        weight=np.full(len(counts), 1.0 / len(counts)),
-        gone=np.zeros(len(counts), dtype=bool),
-        edges=EdgesDriven.joined([part.edges for part in parts]),
-        fates=Fates.joined([part.fates for part in parts]),
-    )
 
 
 def _found(folder: Path) -> Iterator[tuple[Offsets, Futures]]:

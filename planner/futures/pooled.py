@@ -1,4 +1,4 @@
-"""Several futures of one belief as one, so that rare motion is there more often."""
+"""Several futures as one: sets of one belief, or days each as likely as any other."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,10 @@ from planner.futures.futures import Futures
 
 
 def pooled(parts: Sequence[Futures]) -> Futures:
-    """Return the particles of futures of the same belief as one, each of its share of weight."""
+    """Return the particles of several futures as one, each set with its share of the weight.
+
+    What became of them in traffic is known only if it is known of all.
+    """
     counts = np.concatenate([np.diff(part.first_knot) for part in parts])
     return Futures(
         time_s=np.concatenate([part.time_s for part in parts]),

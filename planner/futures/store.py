@@ -5,7 +5,7 @@ import json
 import logging
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
@@ -31,6 +32,7 @@ from planner.futures.futures import Futures
 from planner.futures.kept import Kept
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import SearchTime, check_motion, motion_of_futures, motion_of_samples
+from planner.futures.pooled import pooled
 from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
 from planner.futures.speed_units import in_mps
 from planner.futures.tables import NamedFutures, futures_of_table
@@ -69,6 +71,26 @@ class Recording:
         if not self.others:
             return sha256_of_file(self.path)
         return sha256_of_json({"": [sha256_of_file(path) for path in (self.path, *self.others)]})
+
+    def take(self, particles: Offsets) -> "Recording":
+        """Return some of the particles only, by their indices, weights as they are."""
+        chosen = particles.tolist()
+        return replace(
+            self,
+            futures=self.futures.take(particles),
+            speed_mps=tuple(self.speed_mps[k] for k in chosen),
+            route=tuple(self.route[k] for k in chosen),
+        )
+
+    @classmethod
+    def pooled(cls, parts: Sequence["Recording"]) -> "Recording":
+        """Return several as one at the first one's path, each with its share of the weight."""
+        return cls(
+            parts[0].path,
+            pooled([part.futures for part in parts]),
+            tuple(speed for part in parts for speed in part.speed_mps),
+            tuple(route for part in parts for route in part.route),
+        )
 
 
 def recorded(

@@ -14,6 +14,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.trial import Trial
 from planner.progress import Progress, silent
 from planner.search.problem import Problem
+from planner.search.stop import never
 
 
 class Rung(NamedTuple):
@@ -119,7 +120,7 @@ class How:
     """How a call is planned; listeners hear of it by its events."""
 
     elapsed_s: Callable[[], float]  # seconds since the call
-    stop: Callable[[], bool] = bool  # whether the best so far is wanted; asked after a first plan
+    stop: Callable[[], bool] = never  # whether the best so far is wanted; asked after a first plan
     workers: int | None = None
     progress: Callable[[str], Progress] = lambda _: silent  # of what is recorded, by its title
     rungs: Sequence[Rung] = field(default_factory=lambda: RUNGS)

@@ -203,7 +203,7 @@ def _traffic(
     try:
         return traffic_of(draft, network, permit)
     except InputError as error:
-        faults.append(Fault("traffic", str(error)))
+        faults.append(Fault("traffic", str(error).removeprefix(f"{draft.path}: ")))
         return None
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from planner.arrays import Offsets
 from planner.futures.futures import Futures
-from planner.futures.kept import joined
 from planner.futures.store import Recording, read_recording
 from planner.mission.opening import OpenScenario
 from planner.streams import stream
@@ -82,35 +81,13 @@ def _units(days: Sequence[Recording], futures: Futures) -> Offsets:
 
 def _joined(days: Sequence[Recording]) -> Recording:
     """Return several recordings as one, each of which is as likely as any other."""
-    first, *others = days
-    if not others:
-        return first
-    futures = [one.futures for one in days]
-    together = replace(
-        joined(futures),
-        weight=np.concatenate([one.weight / len(days) for one in futures]),
-        gone=np.concatenate([one.gone for one in futures]),
-        target=np.concatenate([one.target for one in futures]),
-    )
-    return Recording(
-        path=first.path,
-        futures=together,
-        speed_mps=tuple(speed for one in days for speed in one.speed_mps),
-        route=tuple(route for one in days for route in one.route),
-        others=tuple(one.path for one in others),
-    )
+    return replace(Recording.pooled(days), others=tuple(one.path for one in days[1:]))
 
 
 def _part(recording: Recording, particles: Offsets) -> Recording:
     """Return some vehicles of a recording, together as likely as all of them."""
-    futures = recording.futures.take(particles)
-    total, mine = float(recording.futures.weight.sum()), float(futures.weight.sum())
-    if mine > 0.0:
-        futures = replace(futures, weight=futures.weight * (total / mine))
-    chosen = particles.tolist()
-    return replace(
-        recording,
-        futures=futures,
-        speed_mps=tuple(recording.speed_mps[k] for k in chosen),
-        route=tuple(recording.route[k] for k in chosen),
-    )
+    part = recording.take(particles)
+    total, mine = float(recording.futures.weight.sum()), float(part.futures.weight.sum())
+    if mine <= 0.0:
+        return part
+    return replace(part, futures=part.futures.reweighted(part.futures.weight * (total / mine)))

@@ -34,7 +34,7 @@ from planner.progress import Progress
 from planner.scenario.sections import SensorSection
 from planner.search.fleet import fleet
 from planner.search.greedy_options import GreedyOptions
-from planner.search.methods import Method, Planner
+from planner.search.methods import Method, Planner, plans_for_misses
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
 from planner.search.searched import named_as_before, searched_problem
@@ -192,26 +192,14 @@ class Recorder:
             f"{many:,}",
             len(parts),
         )
-        pool = Recording(
-            first.path,
-            pooled([part.futures for part in parts]),
-            tuple(speed for part in parts for speed in part.speed_mps),
-            tuple(route for part in parts for route in part.route),
-        )
-        return self._left(pool)
+        return self._left(Recording.pooled(parts))
 
     def _left(self, drawn: Recording) -> Recording:
         """Return what news leaves of targets; all that it rules out are left out."""
         if not self.opened.news:
             return drawn
         futures = self._given(drawn.futures)
-        index = np.flatnonzero(futures.weight)
-        return Recording(
-            drawn.path,
-            futures.take(index),
-            tuple(drawn.speed_mps[k] for k in index),
-            tuple(drawn.route[k] for k in index),
-        )
+        return replace(drawn, futures=futures).take(np.flatnonzero(futures.weight))
 
     def _suffices(self, parts: Sequence[Recording]) -> bool:
         """Return whether news leaves enough of some particles to plan on."""
@@ -386,6 +374,8 @@ def make_plan(
     if holdout is not None and (budget.free if method.moves_freely else method.proposes):
         extra["proposals"] = recorder.proposals(futures)
     problems = [one.replace(**extra) for one in problems_of(opened, futures, method=method)]
+    if not plans_for_misses(method.name):
+        problems = [one.replace(sensor=one.sensor.without_misses) for one in problems]
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _within_airspace(_planner(method, opened, recorder))
     if sum(one.uav.sorties for one in problems) > 1:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from planner.bounds.certificate import Certificate
 from planner.flight.plan import Plan
 from planner.mission.trial import Attempt
+from planner.search.stop import never
 
 # Shares of the time by which each part has ended; the last bound has what is left.
 PLANNED, BOUNDED, PLANNED_AGAIN = 0.15, 0.3, 0.45
@@ -20,7 +21,7 @@ class TwoSided:
     plan: Callable[[int, float], Attempt]  # with so many times the scenario's work
     bound: Callable[[Plan, float], Certificate | None]  # None: no bound is known here
     fly: Callable[[Sequence[int], Attempt], Attempt]  # other legs than an attempt's, in order
-    asked: Callable[[], bool] = bool  # whether somebody wants the best of both so far
+    asked: Callable[[], bool] = never  # whether somebody wants the best of both so far
 
 
 def planned_to_gap(

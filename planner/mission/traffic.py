@@ -76,7 +76,7 @@ def _config(
     path = draft.folder / section.sumocfg
     refuse_outside(path, draft.path, allowed)
     config = read_config(path)
-    begin_s = seconds(dict(config.options).get("begin", "0"))
+    begin_s = _begin_s(config, path)
     if section.at_s < begin_s:
         raise InputError(
             f"{path}: begins at {as_written(begin_s)} s, after traffic.at, "
@@ -90,6 +90,13 @@ def _config(
                 f"{as_written(section.sumocfg)} there"
             )
     return path, config
+
+
+def _begin_s(config: SumoConfig, path: Path) -> float:
+    try:
+        return seconds(dict(config.options).get("begin", "0"))
+    except InputError as error:
+        raise InputError(f"{path}: begin: {error}") from error
 
 
 def _demand(section: TrafficSection, draft: Draft) -> Demand | None:

@@ -5,7 +5,7 @@ what intervals are over, is the realisation.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.errors import InputError
 from planner.futures.futures import Futures
+from planner.futures.pooled import pooled
 from planner.intervals import student_point
 from planner.streams import stream
 
@@ -231,9 +232,5 @@ def _away_m(futures: Futures, time_s: float, xy_m: Floats) -> Floats:
 
 def together_by_day(days: Sequence[Futures]) -> tuple[Futures, Ints]:
     """Return the vehicles of several days as one set, and the day of each."""
-    from planner.futures.kept import joined
-
-    whole = joined(days)
-    gone = np.concatenate([day.gone for day in days])
     day = np.repeat(np.arange(len(days)), [len(some) for some in days])
-    return replace(whole, gone=gone), day
+    return pooled(days), day

@@ -15,6 +15,7 @@ from planner.page.shown import Shown
 from planner.page.still import still
 from planner.page.words import UNTITLED, odds, soon_s
 from planner.report.formats import length
+from planner.report.sentences import hidden_line
 
 NEARLY_ALL = 0.99  # of the finds; the headline has no times between that and the end
 LIMITS = (
@@ -164,6 +165,9 @@ def _notes(run: Shown) -> Iterator[str]:
         f"making the plan. Found by {until}: {odds(evaluated.detection_probability)} "
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
+    hidden = hidden_line(run.opened.scenario.truth.hidden)
+    if hidden:
+        yield hidden[0].upper() + hidden[1:] + "."
     left = left_unseen(run.fresh, evaluated, run.until_s)
     if left > 0.0:
         gone = gone_by(run.fresh, run.until_s)

@@ -246,7 +246,7 @@ def _sensor(rows: Sequence[Row]) -> Claim:
     lines, same = [], True
     for u0 in sorted(levels(rows, U0)):
         rankings = []
-        for targets in (KNOWN, "one look in ten misses", "every other look misses"):
+        for targets in (KNOWN, "one pass in ten misses", "every other pass misses"):
             values = {
                 method: one
                 for block, method in methods
@@ -264,11 +264,11 @@ def _sensor(rows: Sequence[Row]) -> Claim:
         "Having a more realistic sensor model, most conclusions remain nearly the same; the "
         "results would be poorer",
         "Section 2",
-        "each look fails independently; a target is looked at as it comes within the radius, and "
-        "again after a minute if it is still or again there; plans are made for the perfect "
+        "a target within the radius is detected at a constant rate, so that one pass straight "
+        "over one at rest misses it with the probability given; plans are made for the perfect "
         "sensor; the expectation over all hits and misses is exact",
         "reproduced" if same else "in part",
-        "With one look in ten missing, the order of the methods "
+        "With one pass in ten missing, the order of the methods "
         f"{'is the same at every distance' if same else 'changes at some distance'}.",
         markdown_table(["u0", "sensor", *(name for _, name in methods)], lines),
     )

@@ -11,6 +11,7 @@ from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
 from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
 from planner.report.tables import Fresh, MethodRow
+from planner.search.methods import plans_for_misses
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
 TOO_FEW = 0.03  # an in-sample gain above this share of the value asks for more particles
@@ -24,6 +25,23 @@ def reasons(rows: Iterable[MethodRow]) -> list[str]:
         if row.why_not:
             methods.setdefault(row.why_not, []).append(row.method)
     return [f"{', '.join(names)}: {why_not}" for why_not, names in methods.items()]
+
+
+def as_if_perfect(evaluations: Mapping[str, Evaluation]) -> str | None:
+    """Return which methods took no account of a sensor that may miss, by their evaluations."""
+    blind = [
+        method
+        for method, evaluated in evaluations.items()
+        if evaluated.survival is not None and not plans_for_misses(method)
+    ]
+    return f"planned as if the sensor were perfect: {', '.join(blind)}" if blind else None
+
+
+def hidden_line(hidden: float | None) -> str | None:
+    """Return what is said of targets that no pass can see, given their share."""
+    if not hidden:
+        return None
+    return f"{hidden:.0%} of targets are where no pass can see them: they count as never found"
 
 
 def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) -> str | None:

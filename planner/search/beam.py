@@ -44,6 +44,7 @@ from planner.search.result import SearchLog, SearchResult
 from planner.search.sightings import holdout_value, seen_by
 from planner.search.state import SearchState
 from planner.search.stepwise import rate_of
+from planner.search.stop import never
 from planner.search.ways import ways_within
 from planner.search.what_if import WhatIf, turning_of
 
@@ -167,7 +168,7 @@ def beam_order(
     reward_to_go: RewardToGo,
     *,
     start: SearchState | None = None,
-    stop: Callable[[], bool] = bool,
+    stop: Callable[[], bool] = never,
     most: float = math.inf,
 ) -> tuple[list[int], int]:
     """Return the order with the greatest reward that a beam finds, and the work it took.

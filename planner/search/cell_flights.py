@@ -38,6 +38,7 @@ from planner.search.kernels.motion import Course
 from planner.search.plan import plan_of_waypoints
 from planner.search.problem import Problem
 from planner.search.sightings import seen_by
+from planner.search.stop import never
 from planner.search.what_if import goal_of, rows_of, turning_of
 
 HEADINGS = 16
@@ -174,7 +175,7 @@ def fly_beam(
     first_m: tuple[float, float] | None = None,
     *,
     like: FreeFlight | None = None,
-    stop: Callable[[], bool] = bool,
+    stop: Callable[[], bool] = never,
     most: float = np.inf,
 ) -> FreeFlight:
     """Return the flight with the greatest reward that a beam finds.

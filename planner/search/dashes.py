@@ -12,6 +12,7 @@ import numpy as np
 
 from planner.search.cell_flights import CellBeam, Cells, FreeFlight, fly_beam
 from planner.search.problem import Problem
+from planner.search.stop import never
 
 # A unit of work is a leg: some microseconds on a net of few roads, a hundred in a town. A ray takes
 # ten to seventy.
@@ -31,7 +32,7 @@ def portfolio(
     problem: Problem,
     work: int,
     *,
-    stop: Callable[[], bool] = bool,
+    stop: Callable[[], bool] = never,
     reached: Callable[[float, int], None] = lambda _reward, _work: None,
 ) -> tuple[list[FreeFlight], int]:
     """Return the best flights behind a few first dashes, chosen from many, and the work it took.

@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 
 from planner.detection.evaluate import evaluate_all
-from planner.detection.mistimed import Timing
 from planner.detection.survival import Searched
 from planner.flight.plan import FlownLeg, Plan, Sortie
 from planner.flight.separation import Course, course_of, delay_s
@@ -55,12 +54,8 @@ class Flight:
 
     def later(self, by_s: float) -> "Flight":
         """Return the same flight begun later."""
-        late = Timing(late_s=by_s)
-        legs = tuple(
-            FlownLeg(one.leg, one.depart_s + by_s, one.start_s + by_s, one.end_s + by_s)
-            for one in self.legs
-        )
-        return replace(self, track=late.of(self.track), legs=legs)
+        legs = tuple(one.later(by_s) for one in self.legs)
+        return replace(self, track=self.track.later(by_s), legs=legs)
 
 
 Flights = tuple[Flight, ...]  # by take-off

@@ -26,6 +26,7 @@ from planner.search.kernels.joint_beam import (
     still_to_earn,
 )
 from planner.search.problem import Problem, candidate_legs
+from planner.search.stop import never
 from planner.search.what_if import WhatIf
 
 AT_BASE = -1  # in place of the leg flown last: the UAV has not taken off
@@ -149,7 +150,7 @@ def joint_orders(
     beam: JointBeam,
     reward_to_go: RewardToGo,
     *,
-    stop: Callable[[], bool] = bool,
+    stop: Callable[[], bool] = never,
 ) -> tuple[list[list[int]], int]:
     """Return the order of legs of each UAV that earn most together, and the work that it took.
 

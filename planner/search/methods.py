@@ -39,6 +39,7 @@ class Method:
     is_sized: bool = True  # how long it takes follows from what the scenario says
     stops: bool = False  # when asked, with the best plan so far
     is_pattern: bool = False  # what a pilot flies without a planner
+    for_misses: bool = False  # plans for a sensor that may miss; else as if it were perfect
     teams: bool = False  # plans a fleet's flights together as well as one after the other
     own: "OwnPlanner | None" = None  # whose file it comes from; None: the program's own
 
@@ -185,18 +186,35 @@ METHODS = (
         "exact on up to seven roads, else ever wider beams, polished",
         True,
         _best,
+        for_misses=True,
         chooses=True,
         moves_freely=True,
         stops=True,
         teams=True,
     ),
-    Method("beam", "grows many road orders in parallel", True, _beam, chooses=True, stops=True),
-    Method("lns", "repeatedly cuts and repairs the order of rate", True, _lns, stops=True),
+    Method(
+        "beam",
+        "grows many road orders in parallel",
+        True,
+        _beam,
+        chooses=True,
+        stops=True,
+        for_misses=True,
+    ),
+    Method(
+        "lns",
+        "repeatedly cuts and repairs the order of rate",
+        True,
+        _lns,
+        stops=True,
+        for_misses=True,
+    ),
     Method(
         "cells",
         "a beam of free flights over a space-time cell index",
         True,
         _cells,
+        for_misses=True,
         chooses=True,
         proposes=True,
         stops=True,
@@ -215,9 +233,22 @@ METHODS = (
         True,
         _greedy,
         takes_options=True,
+        for_misses=True,
     ),
-    Method("rate", "the leg that earns most per second of flight, then the next", True, _rate),
-    Method("lookahead", "the pair of legs that earns most per second", True, _lookahead),
+    Method(
+        "rate",
+        "the leg that earns most per second of flight, then the next",
+        True,
+        _rate,
+        for_misses=True,
+    ),
+    Method(
+        "lookahead",
+        "the pair of legs that earns most per second",
+        True,
+        _lookahead,
+        for_misses=True,
+    ),
     Method(
         "exact",
         "the best of all orders and directions of a small net",
@@ -295,6 +326,11 @@ def method_of(own: "OwnPlanner") -> Method:
         is_sized=False,
         own=own,
     )
+
+
+def plans_for_misses(name: str) -> bool:
+    """Tell whether a method plans for a sensor that may miss; one that has no name here may."""
+    return all(method.for_misses for method in METHODS if method.name == name)
 
 
 def is_pattern(name: str) -> bool:

@@ -45,6 +45,11 @@ class Elapsed:
         return _now_s() > self.since_s + self.seconds
 
 
+def never() -> bool:
+    """Tell that nobody asks a search to end."""
+    return False
+
+
 def _now_s() -> float:
     return time.monotonic() - COMPILING.spent_s
 

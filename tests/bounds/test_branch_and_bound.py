@@ -1,5 +1,7 @@
 """Split by their first hops, plans of small nets are bounded by what their enumeration finds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -142,3 +144,43 @@ def test_a_better_plan_is_met(seed: int) -> None:
     seen_at = first_detection(problem.futures, flown, problem.sensor.radius_m)
     reward = float(problem.futures.weight @ problem.objective.reward(seen_at))
     assert reward <= optimum + 1e-9 * problem.objective.most
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_any_number_of_threads_finds_the_same(seed: int) -> None:
+    problem = small_problem(seed)
+    _, earned = enumerated(problem)
+    movements = Movements(problem)
+    table, found = table_of(movements, movements.fitting_bin_s), []
+    for workers in (1, 3):
+        heard: list[float] = []
+
+        def stop(bound: float, heard: list[float] = heard) -> bool:
+            heard.append(bound)
+            return len(heard) >= 70
+
+        value = 0.95 * float(problem.futures.weight @ earned)
+        search = Search(movements, table, value, stop, workers=workers)
+        search.begin(0.9 * earned, 20)
+        while not search.done and not search.stopped:
+            search.split(3)
+        proof = {prefix: price.tolist() for prefix, price in search.proof.items()}
+        found.append((heard, search.bound, proof, search.better))
+    assert found[0] == found[1]
+    assert len(found[0][0]) > 20
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_left_out_only_lowers_the_bound(seed: int) -> None:
+    """At any prices it is not below the optimum, and no more than with what is known as well."""
+    problem, rng = small_problem(seed), np.random.default_rng(seed)
+    optimum, earned = enumerated(problem)
+    movements = Movements(problem)
+    table = table_of(movements, movements.fitting_bin_s)
+    sightings = table.columns.sightings
+    nothing_known = sightings._replace(known=np.zeros_like(sightings.known))
+    whole = replace(table, columns=table.columns._replace(sightings=nothing_known))
+    for prices in (earned, 0.5 * earned, rng.uniform(0.0, problem.objective.most, len(earned))):
+        bound = table.bound(prices).reward
+        assert optimum - 1e-9 * problem.objective.most <= bound
+        assert bound <= whole.bound(prices).reward + 1e-9 * problem.objective.most

@@ -38,6 +38,6 @@ def test_a_belief_against_recorded_days(run: Commands, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("empty_cache")
 def test_a_belief_against_unseen_realisations(run: Commands, tmp_path: Path) -> None:
-    some = ("--realisations", "3", "--each", "2", "--set", "search.horizon_s=40")
+    some = ("--realisations", "2", "--each", "2", "--set", "search.horizon_s=20")
     found = run("validate", grid_scenario(tmp_path), *some, "--json").json
-    assert (found["truths"], found["truth_runs"], found["particle_runs"]) == (6, 3, 2)
+    assert (found["truths"], found["truth_runs"], found["particle_runs"]) == (4, 2, 2)

@@ -18,6 +18,7 @@ from planner.futures.futures import Futures
 from support.search_instances import strayed
 
 HORIZON_S = 10_000.0
+SIDE_M = 10e3
 ALWAYS = np.array([[-np.inf, np.inf]])
 
 
@@ -179,24 +180,32 @@ def test_the_expected_time_falls_with_the_rate() -> None:
 
 def test_random_search_finds_by_its_law() -> None:
     """Straight passes over a square, anywhere: 1 - exp(-W v t / A), W the sweep width."""
-    side_m, radius_m, speed_mps = 10e3, 250.0, 50.0
-    rng, many = np.random.default_rng(1), 4000
-    passes = 40
-    angle, aside_m = rng.uniform(0.0, np.pi, passes), rng.uniform(-0.5, 0.5, passes) * 2 * side_m
+    rng, radius_m, speed_mps = np.random.default_rng(1), 250.0, 50.0
     sensor = Sensor(radius_m, rate_per_s=rate_of(0.6, radius_m, speed_mps))
-    inside = rng.uniform(-0.5, 0.5, (2, many)) * side_m
-    place = Futures(
-        np.zeros(many), *inside, np.arange(many + 1), np.full(many, 1 / many), np.zeros(many, bool)
-    )
-    far_m, length_m = 2.0 * side_m, 0.0
-    flights = []
-    for a, aside in zip(angle.tolist(), aside_m.tolist(), strict=True):
-        way, across = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
-        ends = np.array([-far_m, far_m])[:, None] * way + aside * across
+    found, law = [], []
+    for _ in range(60):
+        flights, length_m = passes_over_a_square(40, rng, speed_mps)
+        places = rng.uniform(-0.5 * SIDE_M, 0.5 * SIDE_M, (2, 300))
+        targets = Futures(
+            np.zeros(300), *places, np.arange(301), np.full(300, 1 / 300), np.zeros(300, bool)
+        )
+        evaluated = evaluate(flights, targets, sensor, Objective(HORIZON_S))
+        found.append(evaluated.detection_probability)
+        law.append(1.0 - math.exp(-sensor.sweep_width_m(speed_mps) * length_m / SIDE_M**2))
+    assert np.mean(found) == pytest.approx(np.mean(law), rel=0.01)
+
+
+def passes_over_a_square(
+    many: int, rng: np.random.Generator, speed_mps: float
+) -> tuple[list[Track], float]:
+    """Lines in any direction, at any distance from the middle, and their length in the square."""
+    far_m, length_m, flights = 2.0 * SIDE_M, 0.0, []
+    along = np.linspace(-far_m, far_m, 4001)[:, None]
+    for _ in range(many):
+        angle, aside_m = float(rng.uniform(0, np.pi)), float(rng.uniform(-SIDE_M, SIDE_M))
+        way = np.array([math.cos(angle), math.sin(angle)])
+        points = along * way + aside_m * np.array([-way[1], way[0]])
         time_s = np.array([0.0, 2.0 * far_m / speed_mps])
-        flights.append(Track(time_s, *ends.T, ALWAYS))
-        along = np.linspace(-far_m, far_m, 4001)[:, None] * way + aside * across
-        length_m += 2.0 * far_m * float((np.abs(along) <= 0.5 * side_m).all(axis=1).mean())
-    found = evaluate(flights, place, sensor, Objective(HORIZON_S)).detection_probability
-    effort = sensor.sweep_width_m(speed_mps) * length_m / side_m**2
-    assert found == pytest.approx(1.0 - math.exp(-effort), rel=0.03)
+        flights.append(Track(time_s, *points[[0, -1]].T, ALWAYS))
+        length_m += 2.0 * far_m * float((np.abs(points) <= 0.5 * SIDE_M).all(axis=1).mean())
+    return flights, length_m

@@ -6,7 +6,6 @@ import pytest
 from planner.arrays import Floats
 from planner.flight.law import Aircraft, FlightLaw
 from planner.flight.separation import (
-    APART_M,
     BESIDE_M,
     MISTIMED,
     course_of,
@@ -16,6 +15,7 @@ from planner.flight.separation import (
 )
 from planner.flight.track import Track
 from planner.flight.uav import Uav
+from planner.scenario.fleet import APART_M
 
 AIRCRAFT = Aircraft(FlightLaw(15.0, 1.4, 2.0, climb_mps=2.5, descend_mps=1.5, altitude_m=60.0))
 

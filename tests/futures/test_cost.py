@@ -29,6 +29,16 @@ def test_a_large_town_s_targets_cost_what_was_measured(luxembourg: OpenScenario)
     assert cost.load_s == pytest.approx(1.2, rel=0.02)
 
 
+def test_in_traffic_a_copy_counts_and_grows_with_the_time(berlin: OpenScenario) -> None:
+    short, long = (
+        cost_of(berlin.network, 95, driving="traffic", horizon_s=horizon_s)
+        for horizon_s in (600.0, 1200.0)
+    )
+    assert short.runs == long.runs == 10
+    assert long.cpu_s == pytest.approx(2 * short.cpu_s)
+    assert 0.1 < long.cpu_s / 95 < 1.0  # 0.15 in Berlin at 1,000 vehicles an hour, more in a jam
+
+
 def test_targets_of_the_grid_share_runs() -> None:
     grid = grid5x5()
     assert shares_runs(grid, "constant")

@@ -18,8 +18,8 @@ HOUR = Demand(1000, 3600)
 
 
 def at_rate(folder: Path, vehicles_per_hour: int) -> OpenScenario:
-    """Traffic of so many vehicles an hour on the built town, five minutes before the search."""
-    rate = f"traffic={{ vehicles_per_hour={vehicles_per_hour}, at=300 }}"
+    """Traffic of so many vehicles an hour on the built town, 150 s before the search."""
+    rate = f"traffic={{ vehicles_per_hour={vehicles_per_hour}, at=150 }}"
     return open_scenario(write_traffic(folder), overrides=[rate])
 
 

@@ -80,6 +80,15 @@ def test_answers_come_in_the_order_of_the_tasks(there: OnCluster) -> None:
     assert answers(there, math.sqrt, numbers) == [math.sqrt(n) for n in numbers]
 
 
+def counted(upto: int) -> Iterator[int]:
+    yield from range(upto)
+
+
+def test_answers_may_have_parts(there: OnCluster) -> None:
+    parts = list(there.answers(counted, [2, 0, 1], workers=2, files={}))
+    assert parts == [(0, 0), (0, 1), (2, 0)]
+
+
 def test_tasks_are_done_by_processes_below_dasks_own(there: OnCluster) -> None:
     call = operator.methodcaller("__call__")
     pids, parents = (set(answers(there, call, [one] * 6)) for one in (os.getpid, os.getppid))

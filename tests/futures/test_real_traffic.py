@@ -13,7 +13,6 @@ from planner.futures import workers
 from planner.futures.riders import Ridden, TrafficSession, ride_in_traffic
 from planner.futures.simulation import Vehicle
 from planner.futures.tracks import futures_of_tracks, motion_of, tracks_of_rides
-from planner.futures.traffic import Traffic
 from planner.futures.vehicles import vehicles_of
 from planner.futures.workers import in_parts
 from planner.mission.opening import OpenScenario, open_scenario
@@ -21,13 +20,14 @@ from planner.mission.recorder import Recorder
 from planner.mission.validate import Validation, validated
 from planner.streams import stream
 from support import watching
-from support.queues import session
+from support.queues import nobody, session
 from support.signal_grid import signal_grid
 
 log = logging.getLogger(__name__)
 pytestmark = pytest.mark.traffic
 
 HORIZON_S = 1200.0
+JAM = 4500  # vehicles an hour, which this net cannot take
 TOLERANCE_M = 5.0
 
 
@@ -66,12 +66,12 @@ def watched(
 
 def test_a_jam_stays_a_jam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No more cars arrive with riders than without: none drives through a queue."""
-    opened = berlin(3000)
+    opened = berlin(JAM)
     assert opened.traffic is not None
     some = vehicles(opened, 10, "jam")
-    nobody = (replace(some[0], depart_s=1e6),)
+    later = (replace(some[0], depart_s=1e6),)
     arrived = {}
-    for name, together in (("with", some), ("without", nobody)):
+    for name, together in (("with", some), ("without", later)):
         arrived[name] = 0
         for realisation in range(4):
             task = session(opened.network, opened.traffic, (together,), end_s=HORIZON_S)
@@ -96,10 +96,7 @@ def test_a_rider_waits_at_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     car = Vehicle("0", tuple(route), (13.0,) * 4, (200.0,) * 4, 20.0, 0.0)
     waited = 0
     for at_s in (100.0, 117.0, 134.0, 151.0, 168.0):
-        routes = tmp_path / "nobody.rou.xml"
-        routes.write_text("<routes/>")
-        traffic = Traffic(routes, at_s, 1, 1, routes=(routes,), allowed=(tmp_path,))
-        task = session(network, traffic, ((car,),), end_s=200.0)
+        task = session(network, nobody(tmp_path, at_s=at_s), ((car,),), end_s=200.0)
         (copy,), lines = watched(task, "lights", tmp_path, monkeypatch)
         shown = {float(line.split()[0]): line.split()[1].split("|") for line in lines}
         ride = copy.rides[0]
@@ -123,9 +120,7 @@ def test_a_rider_waits_at_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_an_actuated_signal_heeds_a_rider(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = berlin(1000)
-    routes = tmp_path / "nobody.rou.xml"
-    routes.write_text("<routes/>")
-    traffic = Traffic(routes, 300.0, 1, 1, routes=(routes,), allowed=(tmp_path,))
+    traffic = nobody(tmp_path, at_s=300.0)
     some = vehicles(opened, 10, "actuated")
     shown = [
         watched(
@@ -179,6 +174,6 @@ def test_a_belief_in_traffic_covers_unseen_traffic() -> None:
 
 
 def test_a_belief_in_free_driving_is_found_out_in_a_jam() -> None:
-    found = coverage(berlin(3000, "target.driving=free", "search.particles=400"))
+    found = coverage(berlin(JAM, "target.driving=free", "search.particles=400"))
     assert found.is_off
     assert min(check.covered for check in found.checks) < 0.85

@@ -7,17 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.futures import workers
-from planner.futures.riders import DRIVEN_S, Ridden, TrafficSession, ride_in_traffic
+from planner.futures.riders import Ridden, TrafficSession, ride_in_traffic
 from planner.futures.tracks import motion_of
+from planner.futures.vehicles import vehicles_of
 from planner.futures.workers import in_parts
-from support.queues import LORRY_M, LORRY_S, behind_a_lorry, busy_grid, rider, road, session
-
-
-@pytest.fixture(autouse=True)
-def _none_left() -> None:
-    workers.dismiss()
-
+from support.queues import (
+    LORRY_M,
+    LORRY_S,
+    behind_a_lorry,
+    busy_grid,
+    grid_particles,
+    nobody,
+    rider,
+    road,
+    session,
+)
+from support.signal_grid import signal_grid
 
 FRESH = partial(ride_in_traffic, forks=False)
 
@@ -85,30 +90,34 @@ def test_who_stops_leaves_the_road(tmp_path: Path) -> None:
 
 @pytest.fixture
 def on_the_grid(tmp_path: Path) -> TrafficSession:
-    from planner.futures.vehicles import vehicles_of
-    from support.queues import grid_particles
-    from support.signal_grid import signal_grid
-
     vehicles = vehicles_of(signal_grid(), grid_particles(6), np.arange(6))
-    return session(signal_grid(), busy_grid(tmp_path), (vehicles[:3], vehicles[3:]), alone=True)
+    together = (vehicles[:3], vehicles[3:])
+    return session(signal_grid(), busy_grid(tmp_path, at_s=60.0), together, end_s=60.0, alone=True)
 
 
 def test_a_fork_is_a_fresh_load(on_the_grid: TrafficSession) -> None:
     forks = ridden(on_the_grid)
     assert forks == ridden(on_the_grid, FRESH)
     assert forks[0].warm is not None
-    assert forks[0].warm.vehicles > 20
+    assert forks[0].warm.vehicles > 10
 
 
 def test_a_ride_does_not_depend_on_those_before_it(on_the_grid: TrafficSession) -> None:
     """A fork that touched the traffic it was made from would let the second one differ."""
-    twice = replace(on_the_grid, together=on_the_grid.together[:1] * 2, end_s=DRIVEN_S)
+    twice = replace(on_the_grid, together=on_the_grid.together[:1] * 2)
     first, second = ridden(twice)
     assert first._replace(number=1) == second
-    assert first.alone is not None
-    assert first.alone != first.rides[0]
 
 
 def test_realisations_differ(on_the_grid: TrafficSession) -> None:
     first, second = ridden(on_the_grid), ridden(replace(on_the_grid, realisation=1))
     assert first[0].rides != second[0].rides
+
+
+def test_who_rides_behind_another_is_slower_than_alone(tmp_path: Path) -> None:
+    behind, before = rider("0", 100.0), replace(rider("1", 130.0), speeds_mps=(6.0, 6.0))
+    task = session(road(tmp_path, 1), nobody(tmp_path), ((behind, before),), end_s=60.0, alone=True)
+    (copy,) = ridden(task)
+    assert copy.alone is not None
+    alone_m = motion_of(copy.alone, copy.step_s)[-1, 1]
+    assert east_m(copy, 0, 60.0) < 500.0 < 750.0 < alone_m

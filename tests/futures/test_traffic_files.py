@@ -155,6 +155,7 @@ REFUSED = {
     "walkers elsewhere": ({"config": '<pedestrian.model value="remote"/>'}, "on the network"),
     "the environment": ({"config": '<scale value="${HOME}"/>'}, r"without \$"),
     "no file": ({"stops": '<include href="nothing.xml"/>'}, "cannot be read"),
+    "no time": ({"config": '<begin value="soon"/>'}, r"run.sumocfg: begin: should be seconds or"),
     "a late begin": ({"config": '<b value="0:02:00"/>'}, "begins at 120 s, after traffic.at, 60 s"),
 }
 

@@ -4,6 +4,7 @@ import math
 import operator
 import os
 import time
+from collections.abc import Iterator
 
 import pytest
 
@@ -60,3 +61,25 @@ def test_stopping_early_ends_the_processes() -> None:
     assert next(answers) == 1
     answers.close()  # type: ignore[attr-defined]
     assert not workers._all
+
+
+def counted(upto: int) -> Iterator[int]:
+    yield from range(upto)
+
+
+def counted_and_failed(upto: int) -> Iterator[int]:
+    yield from range(upto)
+    raise ValueError("no further")
+
+
+def test_answers_may_come_in_parts() -> None:
+    parts = list(workers.in_parts(counted, [3, 0, 2], workers=2))
+    assert [part for task, part in parts if task == 0] == [0, 1, 2]
+    assert sorted(task for task, _ in parts) == [0, 0, 0, 2, 2]
+
+
+def test_parts_come_before_the_error_that_ends_them() -> None:
+    parts = workers.in_parts(counted_and_failed, [2], workers=1)
+    assert [next(parts), next(parts)] == [(0, 0), (0, 1)]
+    with pytest.raises(ValueError, match="no further"):
+        next(parts)

@@ -2,10 +2,12 @@
 
 Points are those of TSPLIB, optima those of Abeledo, Fukasawa, Pessoa and Uchoa (2013): the sum over
 all points of when they are reached from the first one, and of when that is reached again, with
-distances rounded to whole numbers.
+distances rounded to whole numbers. A search does not fly back: what it is held against is the least
+sum without the way back that searches a hundred times as long found.
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,33 +33,45 @@ TOURS: dict[str, Any] = json.loads(
 
 
 def problem_of(xy: np.ndarray) -> Problem:
-    """A road of a metre at each point but the first, with a target that rests there; kilometres."""
+    """A road of 10 m at each point but the first, with a target that rests there; 50 km across."""
+    place = 50_000.0 / np.ptp(xy) * xy
+    count, ends = len(xy) - 1, place[1:] + np.array([10.0, 0.0])
     nodes = {
-        f"{end}{i}": (1000.0 * x + end, 1000.0 * y) for i, (x, y) in enumerate(xy) for end in (0, 1)
+        f"{end}{i}": tuple(at)
+        for end, of in enumerate((place[1:], ends))
+        for i, at in enumerate(of)
     }
-    roads = [(f"r{i}", f"0{i}", f"1{i}") for i in range(1, len(xy))]
-    used = {name: place for name, place in nodes.items() if int(name[1:])}
-    count, place = len(xy) - 1, 1000.0 * xy[1:]
     futures = Futures(
         time_s=np.zeros(count),
-        x_m=place[:, 0],
-        y_m=place[:, 1],
+        x_m=place[1:, 0],
+        y_m=place[1:, 1],
         first_knot=np.arange(count + 1),
         weight=np.full(count, 1 / count),
         gone=np.zeros(count, dtype=bool),
     )
     return Problem(
-        network=network_of_roads(used, roads),
+        network=network_of_roads(nodes, [(f"r{i}", f"0{i}", f"1{i}") for i in range(count)]),
         futures=futures,
-        uav=Uav(*(1000.0 * xy[0]).tolist(), 0.0, 1000.0),
-        sensor=Sensor(0.5, detects_in_transit=False),
-        objective=Objective(1e6),
+        uav=Uav(*place[0].tolist(), 0.0, 100.0),
+        sensor=Sensor(20.0, detects_in_transit=False),
+        objective=Objective(30_000.0),
     )
 
 
+def tour_of(order: Sequence[int]) -> list[int]:
+    """The points in the order in which roads are flown first."""
+    return list(dict.fromkeys(leg // 2 + 1 for leg in order))
+
+
 def latency(xy: np.ndarray, tour: list[int]) -> float:
-    way = np.array([0, *tour, 0])
-    return float(np.cumsum(np.hypot(*np.diff(xy[way], axis=0).T).round()).sum())
+    """The sum of when points are reached."""
+    return float(np.cumsum(np.hypot(*np.diff(xy[[0, *tour]], axis=0).T)).sum())
+
+
+def round_trip(xy: np.ndarray, tour: list[int]) -> float:
+    """The same with the first point once more, and all distances rounded."""
+    steps = np.hypot(*np.diff(xy[[0, *tour, 0]], axis=0).T).round()
+    return float(np.cumsum(steps).sum())
 
 
 @pytest.mark.parametrize(
@@ -67,9 +81,10 @@ def test_resting_targets_are_seen_almost_as_soon_as_can_be(name: str) -> None:
     xy = np.array(TOURS[name]["xy"], dtype=float)
     problem = problem_of(xy)
     plan = best(problem, budget=Budget(work=80_000), rng=stream(1, "best")).plan
-    tour = list(dict.fromkeys(leg.leg // 2 + 1 for leg in plan.legs[0]))
+    tour = tour_of([leg.leg for leg in plan.legs[0]])
     assert sorted(tour) == list(range(1, len(xy)))
-    assert latency(xy, tour) <= 1.01 * TOURS[name]["optimum"]
+    assert latency(xy, tour) <= 1.01 * TOURS[name]["least_one_way"]
+    assert round_trip(xy, tour) >= TOURS[name]["optimum"]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -82,17 +97,12 @@ def test_the_same_legs_in_a_better_order(seed: int) -> None:
     found, work = with_less_waiting(problem, order, 2000, rng)
     assert sorted(leg // 2 for leg in found) == list(range(8))
     assert work <= 2000 + 10
-    assert waited(xy, found) <= waited(xy, order) + 1e-9
+    assert latency(xy, tour_of(found)) <= latency(xy, tour_of(order)) + 0.01
     for i in range(8):
         for j in range(i):
             swapped = list(found)
             swapped[i], swapped[j] = found[j], found[i]
-            assert waited(xy, found) <= waited(xy, swapped) + 0.01
-
-
-def waited(xy: np.ndarray, order: list[int]) -> float:
-    way = xy[[0, *(leg // 2 + 1 for leg in order)]]
-    return float(np.cumsum(np.hypot(*np.diff(way, axis=0).T)).sum())
+            assert latency(xy, tour_of(found)) <= latency(xy, tour_of(swapped)) + 0.01
 
 
 def test_only_where_targets_hardly_move() -> None:

@@ -9,15 +9,21 @@ from planner.detection.evaluate import evaluate_all
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of
 from planner.detection.survival import Searched, survival
+from planner.flight.uav import Uav
+from planner.futures.futures import Futures
 from planner.search.beam import Beam, RewardToGo, beam_order
+from planner.search.best import best
+from planner.search.cell_flights import CellBeam, Cells, fly_beam
 from planner.search.patrol import after_legs
-from planner.search.plan import plan_of_legs
+from planner.search.plan import plan_of_legs, plan_of_waypoints
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate, rate_order
 from planner.search.sightings import earned as reward_of
+from planner.search.sightings import holdout_value
 from planner.search.stepwise import after_flight, earned
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
+from support.instances import network_of_roads
 from support.search_instances import random_problem
 
 
@@ -127,3 +133,68 @@ def test_planning_for_the_misses_there_are_pays() -> None:
         for asked in (problem, blind)
     )
     assert knowing < 0.9 * unknowing
+
+
+@pytest.mark.parametrize(("detects", "others"), CASES)
+def test_a_free_flight_knows_what_it_earns(detects: float, others: float | None) -> None:
+    futures = grid_futures(60, np.random.default_rng(2))
+    problem = missing(grid_problem(futures, distance_m=30e3), detects)
+    if others is not None:
+        problem = beside(problem, others)
+    flight = fly_beam(Cells.of(problem, 4000.0), CellBeam(1), most=2000.0)
+    plan = plan_of_waypoints(problem, "", flight.waypoints)
+    alone, both = (
+        float(futures.weight @ evaluate_all(some, futures, problem.objective).reward)
+        for some in (
+            problem.flown,
+            [*problem.flown, *(Searched(track, problem.sensor) for track in plan.tracks)],
+        )
+    )
+    assert flight.reward > 0.0
+    # It is written down how unseen a particle is with a precision of 1 / 65,535.
+    assert flight.reward == pytest.approx(both - alone, rel=1e-3)
+
+
+def test_between_two_places_the_likelier_look_per_second_comes_first() -> None:
+    """A target rests at the end of one of two roads: by falling p q (1 - q)^(k - 1) / c."""
+    net = network_of_roads({"A": (0.0, 0.0), "B": (6e3, 0.0), "C": (-4e3, 0.0)}, ["AB", "AC"])
+    futures = Futures(
+        np.zeros(2),
+        np.array([6e3, -4e3]),
+        np.zeros(2),
+        np.arange(3),
+        np.array([0.7, 0.3]),
+        np.zeros(2, dtype=bool),
+    )
+    uav, objective = Uav(0.0, 0.0, 0.0, 100.0), Objective(6000.0)
+    problem = missing(Problem(net, futures, uav, Sensor(200.0), objective), 0.4)
+    out, back = np.array([0, 2]), np.array([1, 3])
+    looks, order = np.zeros(2), list[int]()
+    for _ in range(60):
+        index = futures.weight * 0.4 * 0.6**looks / np.array([12e3, 8e3])
+        arm = int(np.argmax(index))
+        looks[arm] += 1
+        order += [int(out[arm]), int(back[arm])]
+    by_rule = plan_of_legs(problem, "", order)
+    rule_s, best_s = (
+        evaluate_all(
+            [Searched(track, problem.sensor) for track in plan.tracks], futures, objective
+        ).expected_detection_time_s
+        for plan in (
+            by_rule,
+            best(problem, budget=Budget(work=20_000), rng=np.random.default_rng(0)).plan,
+        )
+    )
+    assert best_s == pytest.approx(rule_s, abs=1.0)
+
+
+def test_best_is_never_worse_on_its_holdout_than_as_if_perfect() -> None:
+    rng = np.random.default_rng
+    problem = grid_problem(grid_futures(50, rng(2)), distance_m=60e3)
+    problem = missing(problem.replace(holdout=grid_futures(100, rng(3))), 0.7)
+    perfect = problem.replace(sensor=problem.sensor.without_misses)
+    budget = Budget(work=500)
+    own, blind = (best(asked, budget=budget, rng=rng(1)).plan for asked in (problem, perfect))
+    assert holdout_value(problem, own) >= holdout_value(problem, blind)
+    again = best(problem, budget=budget, rng=rng(1)).plan
+    assert again.legs == own.legs

@@ -48,6 +48,13 @@ def behind_a_lorry(folder: Path, *, at_s: float = 10.0, cars: int = 0) -> Traffi
     return Traffic(routes, at_s, realisations=1, seed=1, routes=(routes,), allowed=(folder,))
 
 
+def nobody(folder: Path, *, at_s: float = 10.0) -> Traffic:
+    """Traffic without a car."""
+    routes = folder / "nobody.rou.xml"
+    routes.write_text("<routes/>")
+    return Traffic(routes, at_s, realisations=1, seed=1, routes=(routes,), allowed=(folder,))
+
+
 def rider(name: str, start_m: float, *, depart_s: float = 0.0) -> Vehicle:
     """A vehicle on the road."""
     return Vehicle(name, ("ab", "bc"), (12.0, 12.0), (1200.0, 1200.0), start_m, depart_s)
@@ -109,7 +116,7 @@ GRID_TOML = """
 net = "grid.net.xml"
 [traffic]
 sumocfg = "run.sumocfg"
-at = 60
+at = 30
 realisations = 2
 [target]
 start = { B2C2 = 1 }
@@ -122,8 +129,8 @@ speed_mps = 20
 [sensor]
 radius_m = 60
 [search]
-horizon_s = 90
-particles = 24
+horizon_s = 40
+particles = 12
 """
 GRID_CONFIG = """
 <configuration>

@@ -52,6 +52,17 @@ ROUTES = """<routes><route id="r" edges="AB BC CF"/>
 </routes>
 """
 TRIPS = '<routes><trip id="a" depart="0" to="CF"/><flow id="b" begin="0" to="DG"/></routes>'
+CONFIG = """<configuration><input><route-files value="cars.rou.xml"/>
+<additional-files value="stops.add.xml"/></input>
+<time><begin value="0:00:10"/><step-length v="0.5"/></time>
+<output><fcd-output value="fcd.xml"/></output><scale>1.5</scale></configuration>
+"""
+CARS = """<routes><vType id="car"><param key="has.ssm.device" value="1"/></vType>
+<flow id="f" type="car" begin="0" end="99" from="AB" to="CF"/><include href="more.xml"/></routes>
+"""
+STOPS = """<additional><e1Detector id="d" lane="AB_0" pos="9" file="e1.xml"/>
+<rerouter id="r" edges="AB" file="more.xml"/><edgeData id="e" file="e.xml"/></additional>
+"""
 PROFILE = """[[mix]]
 weight = 2
 start = { x_m = 900, y_m = 9, radius_m = 50, heading_deg = 90 }
@@ -133,6 +144,13 @@ def _places(folder: Path) -> None:
         "own.toml": PROFILE,
     }
     for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def _traffic(folder: Path) -> None:
+    _scenario(folder)
+    files = {"run.sumocfg": CONFIG, "cars.rou.xml": CARS, "stops.add.xml": STOPS}
+    for name, text in {**files, "more.xml": "<routes/>"}.items():
         (folder / name).write_text(text, encoding="utf-8")
 
 
@@ -312,6 +330,12 @@ KINDS = (
     *(
         Kind(name, _places, (file,), (*DRAWN, *SOBOL, "--set", f"target.{key}={value}"))
         for name, file, key, value in PLACES
+    ),
+    Kind(
+        "traffic",
+        _traffic,
+        ("run.sumocfg", "cars.rou.xml", "stops.add.xml"),
+        ("build", ".", "--json", "--set", 'traffic={ sumocfg = "run.sumocfg", at = 60 }'),
     ),
     Kind("fcd xml", _fcd_xml, ("fcd.xml",), (*OWN, "fcd.xml")),
     Kind("fcd csv", _fcd_csv, ("fcd.csv",), (*OWN, "fcd.csv")),

@@ -1,6 +1,6 @@
 """What hops may see and surely see from each of many start times on, compiled."""
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from planner.bounds.kernels.meetings import (
 )
 from planner.jit import compiled
 
-Way: TypeAlias = tuple[float, float, float, float]  # from x, y to x, y, metres
 ROUNDING = 1e-9  # of a bin, by which a hop may seem to end in the next one
 
 
@@ -47,6 +46,23 @@ class Bins(NamedTuple):
         bins = np.asarray(duration_s) / self.step_s
         least, most = np.floor(bins + ROUNDING), np.ceil(bins - ROUNDING)
         return Lasting(least.astype(np.int64), most.astype(np.int64))
+
+
+class Segment(NamedTuple):
+    """A straight line from one point to another, metres."""
+
+    x_m: float
+    y_m: float
+    to_x_m: float
+    to_y_m: float
+
+
+class Encounter(NamedTuple):
+    """Which particle a hop may meet, and from which bins on."""
+
+    particle: int
+    low: int  # the first bin
+    high: int  # the last one
 
 
 class Sight(NamedTuple):
@@ -96,18 +112,17 @@ def apart(part: Straight, target: Straight, until_s: float, reach_m: float) -> b
     """
     one, other = _way(part, part.to_s), _way(target, min(target.to_s, until_s))
     return bool(
-        _spans_apart((one[0], one[2]), (other[0], other[2]), reach_m)
-        or _spans_apart((one[1], one[3]), (other[1], other[3]), reach_m)
+        _spans_apart((one.x_m, one.to_x_m), (other.x_m, other.to_x_m), reach_m)
+        or _spans_apart((one.y_m, one.to_y_m), (other.y_m, other.to_y_m), reach_m)
         or _on_one_side(one, other, reach_m)
         or _on_one_side(other, one, reach_m)
     )
 
 
 @compiled
-def _way(straight: Straight, until_s: float) -> Way:
-    lasts_s = until_s - straight.from_s
-    to_x_m = straight.x_m + straight.vx_mps * lasts_s
-    return (straight.x_m, straight.y_m, to_x_m, straight.y_m + straight.vy_mps * lasts_s)
+def _way(straight: Straight, until_s: float) -> Segment:
+    x_m, y_m, lasts_s = straight.x_m, straight.y_m, until_s - straight.from_s
+    return Segment(x_m, y_m, x_m + straight.vx_mps * lasts_s, y_m + straight.vy_mps * lasts_s)
 
 
 @compiled
@@ -118,14 +133,14 @@ def _spans_apart(one: tuple[float, float], other: tuple[float, float], reach_m: 
 
 
 @compiled
-def _on_one_side(line: Way, other: Way, reach_m: float) -> bool:
+def _on_one_side(line: Segment, other: Segment, reach_m: float) -> bool:
     """Return whether a way lies on one side of another one's line, farther off than reach."""
-    ux, uy = line[2] - line[0], line[3] - line[1]
+    ux, uy = line.to_x_m - line.x_m, line.to_y_m - line.y_m
     length_m = np.sqrt(ux * ux + uy * uy)
     if length_m == 0.0:
         return False
-    begin_m = ((other[1] - line[1]) * ux - (other[0] - line[0]) * uy) / length_m
-    end_m = ((other[3] - line[1]) * ux - (other[2] - line[0]) * uy) / length_m
+    begin_m = ((other.y_m - line.y_m) * ux - (other.x_m - line.x_m) * uy) / length_m
+    end_m = ((other.to_y_m - line.y_m) * ux - (other.to_x_m - line.x_m) * uy) / length_m
     return bool(min(begin_m, end_m) > reach_m or max(begin_m, end_m) < -reach_m)
 
 
@@ -147,7 +162,7 @@ def sweep(hop: Motion, pieces: Pieces, bins: Bins, reach_m: float, out: Sight) -
             low, high = bins_with(bins, starts)
             if low > high or apart(part, target, ends_s + part.to_s, reach_m):
                 continue
-            pass_by(part, target, bins, (low, high, pieces.particle[p]), reach_m, out)
+            pass_by(part, target, bins, Encounter(pieces.particle[p], low, high), reach_m, out)
 
 
 @compiled
@@ -155,25 +170,18 @@ def pass_by(
     part: Straight,
     target: Straight,
     bins: Bins,
-    which: tuple[int, int, int],
+    who: Encounter,
     reach_m: float,
     out: Sight,
 ) -> None:
-    """Do what ``sweep`` does for one part of a hop and one motion of a particle.
-
-    Parameters
-    ----------
-    which
-        The first and the last bin to look at, and the particle.
-    """
-    low, high, k = which
-    x_m, y_m, end_x_m, end_y_m = _way(part, part.to_s)
-    at_begin = stay_in_reach((x_m, y_m), target, reach_m)
-    at_end = stay_in_reach((end_x_m, end_y_m), target, reach_m)
+    """Do what ``sweep`` does for one part of a hop and one motion of a particle."""
+    k, way = who.particle, _way(part, part.to_s)
+    at_begin = stay_in_reach((way.x_m, way.y_m), target, reach_m)
+    at_end = stay_in_reach((way.to_x_m, way.to_y_m), target, reach_m)
     beside = abreast(part, target, reach_m)
-    from_s = bins.first_s + (low - 0.5) * bins.step_s
+    from_s = bins.first_s + (who.low - 0.5) * bins.step_s
     before_s = meeting(part, target, from_s, reach_m)
-    for i in range(low, high + 1):
+    for i in range(who.low, who.high + 1):
         to_s = bins.first_s + (i + 0.5) * bins.step_s
         after_s = meeting(part, target, to_s, reach_m)
         first_s = min(before_s, after_s, first_abreast(beside, Span(from_s, to_s)))

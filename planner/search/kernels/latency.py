@@ -83,6 +83,16 @@ def onto(
 
 
 @compiled
+def with_rest(
+    flown: Flown, since: int, best: float, order: Ints, stops: Stops, stretches: Stretches
+) -> float:
+    """Return what is waited if the order goes on as it is, unless ``best`` is passed already."""
+    if flown.waiting >= best:
+        return np.inf
+    return onto(flown, (since, len(order) - 1, 0), order, stops, stretches).waiting
+
+
+@compiled
 def turned_part(
     order: Ints, stops: Stops, stretches: Stretches, least: float
 ) -> tuple[float, int, int]:
@@ -93,10 +103,9 @@ def turned_part(
         before = onto(start, (0, i - 1, 0), order, stops, stretches)
         for j in range(i, n):
             flown = onto(before, (i, j, 1), order, stops, stretches)
-            if flown.waiting < best:
-                flown = onto(flown, (j + 1, n - 1, 0), order, stops, stretches)
-                if flown.waiting < best:
-                    best, at, to = flown.waiting, i, j
+            waiting = with_rest(flown, j + 1, best, order, stops, stretches)
+            if waiting < best:
+                best, at, to = waiting, i, j
     return best, at, to
 
 
@@ -115,22 +124,17 @@ def moved_part(
         for place in range(n - many + 1):
             if place == i:
                 continue
-            if place < i:
-                first, second, last = (0, place - 1, 0), (place, i - 1, 0), (end + 1, n - 1, 0)
-                head = onto(start, first, order, stops, stretches)
-            else:
-                first, second = (0, i - 1, 0), (end + 1, place + many - 1, 0)
-                last = (place + many, n - 1, 0)
-                head = onto(start, first, order, stops, stretches)
-                head = onto(head, second, order, stops, stretches)
+            head = onto(start, (0, min(i, place) - 1, 0), order, stops, stretches)
+            if place > i:
+                head = onto(head, (end + 1, place + many - 1, 0), order, stops, stretches)
             for turned in range(2):
                 flown = onto(head, (i, end, turned), order, stops, stretches)
                 if place < i:
-                    flown = onto(flown, second, order, stops, stretches)
-                if flown.waiting < best:
-                    flown = onto(flown, last, order, stops, stretches)
-                    if flown.waiting < best:
-                        best, at, to, how = flown.waiting, i, place, turned
+                    flown = onto(flown, (place, i - 1, 0), order, stops, stretches)
+                since = max(end + 1, place + many)
+                waiting = with_rest(flown, since, best, order, stops, stretches)
+                if waiting < best:
+                    best, at, to, how = waiting, i, place, turned
     return best, at, to, how
 
 
@@ -147,10 +151,9 @@ def swapped_pair(
             flown = onto(before, (j, j, 0), order, stops, stretches)
             flown = onto(flown, (i + 1, j - 1, 0), order, stops, stretches)
             flown = onto(flown, (i, i, 0), order, stops, stretches)
-            if flown.waiting < best:
-                flown = onto(flown, (j + 1, n - 1, 0), order, stops, stretches)
-                if flown.waiting < best:
-                    best, at, to = flown.waiting, i, j
+            waiting = with_rest(flown, j + 1, best, order, stops, stretches)
+            if waiting < best:
+                best, at, to = waiting, i, j
     return best, at, to
 
 
