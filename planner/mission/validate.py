@@ -14,7 +14,7 @@ from planner.arrays import Floats, Ints
 from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
-from planner.intervals import student_point
+from planner.intervals import means_of_runs, student_point
 from planner.streams import stream
 
 COVERED = 0.9  # of what is true, by what is believed
@@ -135,13 +135,11 @@ class _Judge:
         )
         chance = rng.random(len(true))
         covered = self._covered(believed, self.cloud.weight, true, chance)
-        by_run = self._by_run(covered)
-        without = [
-            self._by_run(
-                self._covered(believed[some], self.cloud.weight[some], true, chance)
-            ).mean()
-            for some in self._without_one()
-        ]
+        by_run = means_of_runs(covered, self.run)
+        without = []
+        for some in self._without_one():
+            fewer = self._covered(believed[some], self.cloud.weight[some], true, chance)
+            without.append(float(means_of_runs(fewer, self.run).mean()))
         independent = np.sqrt(COVERED * (1 - COVERED) / len(true))
         coverage = self._effect(by_run, COVERED, without, least=float(independent))
         return Check(measure, time_s, float(by_run.mean()), coverage, self._ratio(believed, true))
@@ -154,7 +152,7 @@ class _Judge:
         mean_m = np.average(believed, weights=weight)
         if mean_m <= 0.0:
             return None
-        by_run = self._by_run(true) / mean_m
+        by_run = means_of_runs(true, self.run) / mean_m
         without = [
             by_run.mean() * mean_m / np.average(believed[some], weights=weight[some])
             for some in self._without_one()
@@ -193,11 +191,6 @@ class _Judge:
         own = below[-1] / len(believed)
         rank = (below[at] + chance * (below[upto] - below[at] + own)) / (below[-1] + own)
         return np.asarray(np.abs(rank - 0.5) <= COVERED / 2, dtype=np.float64)
-
-    def _by_run(self, values: Floats) -> Floats:
-        """Return the mean of the truths of each run, (runs,)."""
-        _, code, count = np.unique(self.run, return_inverse=True, return_counts=True)
-        return np.asarray(np.bincount(code, weights=values) / count)
 
     def _without_one(self) -> list[Ints]:
         """Return the particles without those of one realisation, for each of these in turn."""
