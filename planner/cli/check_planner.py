@@ -68,8 +68,9 @@ def _blocks(
         if broken:
             yield f"{'advice' if clause.is_advice else 'broken'}: {clause.name}"
             for said in dict.fromkeys(one.said for one in broken):
-                where = ", ".join(one.problem for one in broken if one.said == said)
-                yield f"  {where}: {said}"
+                where = [one.problem for one in broken if one.said == said]
+                on = "all problems" if len(where) == len(PROBLEMS) else ", ".join(where)
+                yield f"  {on}: {said.removeprefix(f'{own.name}: ')}"
             yield f"  remedy: {clause.remedy}"
     for one in found:
         if one.clause is None:
