@@ -128,7 +128,7 @@ class _Judge:
         """Compare the cloud and the truths at a time."""
         start_xy_m = _middle(self.cloud)
         believed, true = (
-            driven_m(futures, time_s)
+            futures.driven_m(time_s)
             if measure == "driven"
             else _away_m(futures, time_s, start_xy_m)
             for futures in (self.cloud, self.truths)
@@ -199,16 +199,6 @@ class _Judge:
         realisation = self.cloud.fates.realisation
         numbers = np.unique(realisation)
         return [np.flatnonzero(realisation != n) for n in numbers] if len(numbers) > 1 else []
-
-
-def driven_m(futures: Futures, time_s: float) -> Floats:
-    """Return how far each particle has come along its way, (N,) metres."""
-    upto = np.minimum(time_s, futures.end_s)
-    pieces, first = futures.pieces, futures.first_knot
-    lasts_s = np.clip(np.minimum(pieces.to_s, upto[futures.particle]) - pieces.from_s, 0.0, None)
-    metres = np.hypot(pieces.vx_mps, pieces.vy_mps) * lasts_s
-    along_m = np.concatenate(([0.0], np.cumsum(metres)))
-    return np.asarray(along_m[first[1:]] - along_m[first[:-1]])
 
 
 def _middle(cloud: Futures) -> Floats:
