@@ -126,9 +126,14 @@ class Evaluation(Frozen):
     @property
     def found_before_goal_probability(self) -> float:
         """Probability that it is found strictly before it reaches its goal (Section 5)."""
+        return self._probability(self.before_goal)
+
+    @property
+    def before_goal(self) -> Floats | Flags:
+        """How probably each target is found strictly before it reaches its goal, (N,)."""
         if self.survival is not None:  # no single moment counts
-            return self._probability(self.found_by(self.end_s))
-        return self._probability(self.found & (self.seen_at < self.end_s))
+            return self.found_by(self.end_s)
+        return np.asarray(self.found & (self.seen_at < self.end_s))
 
     def _probability(self, which: Floats | Flags) -> float:
         return min(1.0, float(self.weight @ which))  # a thousand thousandths may sum to more

@@ -58,6 +58,10 @@ def _write_evaluation(path: Path, row: MethodRow, credit: Mapping[str, str]) -> 
 def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:
     """Write one row per true target: found or not, when, where and on which leg."""
     evaluation = record.evaluation
+    by_the_end, before_goal = (
+        evaluation.found_by(evaluation.objective.horizon_s),
+        evaluation.before_goal,
+    )
     rows = []
     for k, found in enumerate(evaluation.found.tolist()):
         x_m, y_m = record.xy_m[k]
@@ -66,8 +70,8 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
                 "target": k,
                 "speed": recording.speed_mps[k],
                 "route": recording.route[k],
-                "found": int(found),
-                "before_goal": int(found and evaluation.seen_at[k] < evaluation.end_s[k]),
+                "found": _share(by_the_end[k]),
+                "before_goal": _share(before_goal[k]),
                 "detection_time_s": float(evaluation.time_s[k]),
                 "x_m": float(x_m) if found else None,
                 "y_m": float(y_m) if found else None,
@@ -76,6 +80,11 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
             }
         )
     write_csv(path, rows)
+
+
+def _share(probability: float) -> float:
+    """Return 0 or 1 as a whole number, and a probability in between with some digits."""
+    return int(probability) if probability in (0.0, 1.0) else round(float(probability), 6)
 
 
 def _finder(record: MissionRecord, k: int) -> dict[str, str]:
@@ -115,6 +124,9 @@ def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
         As `planner.report.tables.plan_table` takes it.
     """
     evaluation = record.evaluation
+    share = float(evaluation.found_by(evaluation.objective.horizon_s)[0])
+    if evaluation.survival is not None and not evaluation.found[0]:
+        return f"found with probability {share:.0%}: more likely missed than not"
     if not evaluation.found[0]:
         return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
     before = evaluation.seen_at[0] < evaluation.end_s[0]
@@ -123,6 +135,9 @@ def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
     leg = f" on leg {record.leg[0]}" if record.leg[0] else ""
     leg += f" by {who}" if (who := _finder(record, 0).get("uav")) else ""
     found = f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
+    if evaluation.survival is not None:
+        likely = f"more likely than not after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
+        return f"found with probability {share:.0%}, {likely}"
     return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from planner.flight.plan import Plan
 from planner.search.anneal_waypoints import anneal_waypoints, waypoints_of
 from planner.search.beam import (
+    Beam,
     RewardToGo,
     beam_of,
     beam_order,
@@ -41,11 +42,13 @@ LAST = 3  # times the budget that beams may take; the last one begins within it,
 # Of one more beam along roads, and the work from which on it pays: on the paper's grid at unequal
 # speeds and from anywhere it finds plans 1.3 to 1.5 % better, elsewhere as good ones.
 WIDE, WIDE_FROM = 2560, 800_000
+TOUR = 0.75  # share of all work that goes into a latency tour, where targets rest
 POLISH = 0.25  # share of a round's work that goes into polishing
 # A sensor that may miss: share of the work that goes into plans for it, after that for a plan as if
-# it were perfect, which takes a quarter of the time per unit; and in dense nets, where near-twins
-# fill a beam (the same roads in another order), how many orders of some go on from the same node.
-FOR_MISSES, DIVERSE = 0.1, 2
+# it were perfect, which takes a tenth of the time per unit; widths of the first beam and of its
+# successors; and in dense nets, where near-twins fill a beam (the same roads in another order), how
+# many orders of some beams go on from the same node.
+FOR_MISSES, FIRST_WIDTH, GROWTH, DIVERSE = 0.2, 5, 3, 2
 # Where the movement is free: shares of all work that go into orders of roads, before it, and on
 # abstract nets, where roads are long, into the annealing of what is best, after it.
 ROADS, POLISH_FREE = 0.1, 0.8
@@ -67,16 +70,18 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     blind = _best(problem.replace(sensor=problem.sensor.without_misses), budget, rng)
     done = blind.work or 0
     part = replace(budget.part(int(FOR_MISSES * budget.work), after=done), free=budget.free)
-    own = _best(problem, part, rng)
+    own = _best(problem, part, rng, blind.plan)
     chosen = max((own, blind), key=lambda found: holdout_value(problem, found.plan))
     trace = tuple(TracePoint(done + point.work, point.value) for point in own.trace)
     return SearchResult(chosen.plan, done + (own.work or 0), blind.stopped or own.stopped, trace)
 
 
-def _best(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchResult:
-    """Return the best plan found for a sensor, over roads or free."""
+def _best(
+    problem: Problem, budget: Budget, rng: np.random.Generator, known: Plan | None = None
+) -> SearchResult:
+    """Return the best plan found for a sensor, over roads or free; another one may be known."""
     if not budget.free:
-        return _best_over_roads(problem, budget, rng)
+        return _best_over_roads(problem, budget, rng, known)
     needs_open_country(problem, "free movement")
     work = int(ROADS * budget.work)
     roads = _best_over_roads(problem, budget.part(work), rng)
@@ -112,11 +117,13 @@ def searched_on(problem: Problem) -> Problem:
     return problem.replace(futures=problem.proposals, proposals=None)
 
 
-def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchResult:
+def _best_over_roads(
+    problem: Problem, budget: Budget, rng: np.random.Generator, known: Plan | None = None
+) -> SearchResult:
     """Return the plan that does best on the holdout of those that the budget's work buys."""
     log = SearchLog(problem, budget)
     chosen, value, done = None, -np.inf, 0
-    for plan, work in _road_plans(problem, budget, rng, log):
+    for plan, work in _road_plans(problem, budget, rng, log, known):
         done += work
         worth = holdout_value(problem, plan)
         if worth > value:
@@ -129,11 +136,20 @@ def _best_over_roads(problem: Problem, budget: Budget, rng: np.random.Generator)
 
 
 def _road_plans(
-    problem: Problem, budget: Budget, rng: np.random.Generator, log: SearchLog
+    problem: Problem,
+    budget: Budget,
+    rng: np.random.Generator,
+    log: SearchLog,
+    known: Plan | None,
 ) -> Iterator[tuple[Plan, int]]:
     """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
     engine = WhatIf(problem)
-    for order, work in _orders(engine, budget, rng, log):
+    if problem.sensor.is_perfect:
+        orders = _orders(engine, budget, rng, log)
+    else:
+        known_legs = [flown.leg for flown in known.legs[0]] if known is not None else []
+        orders = _orders_for_misses(engine, budget, known_legs, log)
+    for order, work in orders:
         legs = with_patrol(problem, order, engine=engine)
         yield plan_of_legs(problem, "best", legs), work
 
@@ -142,32 +158,65 @@ def _orders(
     engine: WhatIf, budget: Budget, rng: np.random.Generator, log: SearchLog
 ) -> Iterator[tuple[Sequence[int], int]]:
     problem = engine.problem
-    sensor, is_plain = problem.sensor, not problem.flown and problem.sensor.is_perfect
-    if len(problem.network.road_ids) <= FEW_ROADS and is_plain:
+    if len(problem.network.road_ids) <= FEW_ROADS and not problem.flown:
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
     yield order, 0
+    if is_latency(problem):
+        order, work = with_less_waiting(problem, order, int(TOUR * budget.work), rng)
+        yield order, work
     yield random_order(problem, budget, rng), 0
     growth, before, spent, left = 1, 0, 1, LAST * budget.work
     # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
         reward_to_go, before, spent = RewardToGo.of(problem, order), spent, 0
         near = beam_of(problem, NEAR * growth, near_m(problem))
-        beams = [near, beam_of(problem, NARROW * growth)]
-        if not sensor.is_perfect and not is_small(problem):
-            beams.insert(1, replace(near, width=2 * near.width, per_node=DIVERSE))
-        for beam in beams:
+        for beam in (near, beam_of(problem, NARROW * growth)):
             order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left)
             spent += work
             left -= work
             yield order, work
         share = max(1, int(POLISH * spent))
-        mended = polished(engine, order, share, rng, stop=log.stop)
-        yield mended, share
-        if growth == 1:
-            if is_latency(problem):
-                yield with_less_waiting(problem, mended, budget.work, rng)
-            if budget.work >= WIDE_FROM:
-                wide = beam_of(problem, WIDE)
-                yield beam_order(engine, wide, reward_to_go, stop=log.stop, most=left)
+        yield polished(engine, order, share, rng, stop=log.stop), share
+        if growth == 1 and budget.work >= WIDE_FROM:
+            wide = beam_of(problem, WIDE)
+            yield beam_order(engine, wide, reward_to_go, stop=log.stop, most=left)
         growth *= WIDER
+
+
+def _orders_for_misses(
+    engine: WhatIf, budget: Budget, known: Sequence[int], log: SearchLog
+) -> Iterator[tuple[Sequence[int], int]]:
+    """Yield orders for a sensor that may miss, by beams that get wider as long as the work lasts.
+
+    Nobody drops out of these beams for having been seen, so they end with the horizon alone. The
+    first, narrow one only teaches the next what comes later.
+    """
+    problem, left, width, before = engine.problem, budget.work, FIRST_WIDTH, 0
+    order: Sequence[int] = known or rate_order(engine)
+    yield order, 0
+    while not log.stop():
+        spent = 0
+        for beam in _beams_for_misses(problem, width):
+            reward_to_go = RewardToGo.of(problem, order)
+            order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left - spent)
+            spent += work
+            if width > FIRST_WIDTH:
+                yield order, work
+        left -= spent
+        width *= GROWTH
+        # A wider beam that flies no more than the one before has little left to try.
+        if GROWTH * spent > left or spent <= before:
+            break
+        before = spent
+    if before == 0:
+        yield order, budget.work - left
+
+
+def _beams_for_misses(problem: Problem, width: int) -> list[Beam]:
+    """Return beams of a width along roads, and in dense nets near ones, with and without a cap."""
+    along = beam_of(problem, width)
+    if is_small(problem):
+        return [along]
+    near = beam_of(problem, max(1, width // 2), near_m(problem))
+    return [along, near, replace(near, per_node=DIVERSE)]

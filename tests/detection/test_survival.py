@@ -180,32 +180,24 @@ def test_the_expected_time_falls_with_the_rate() -> None:
 
 def test_random_search_finds_by_its_law() -> None:
     """Straight passes over a square, anywhere: 1 - exp(-W v t / A), W the sweep width."""
-    rng, radius_m, speed_mps = np.random.default_rng(1), 250.0, 50.0
+    rng, radius_m, speed_mps, passes = np.random.default_rng(1), 50.0, 50.0, 240
     sensor = Sensor(radius_m, rate_per_s=rate_of(0.6, radius_m, speed_mps))
-    found, law = [], []
-    for _ in range(60):
-        flights, length_m = passes_over_a_square(40, rng, speed_mps)
-        places = rng.uniform(-0.5 * SIDE_M, 0.5 * SIDE_M, (2, 300))
-        targets = Futures(
-            np.zeros(300), *places, np.arange(301), np.full(300, 1 / 300), np.zeros(300, bool)
-        )
-        evaluated = evaluate(flights, targets, sensor, Objective(HORIZON_S))
+    targets, found = 300, []
+    for _ in range(16):
+        places = rng.uniform(-0.5 * SIDE_M, 0.5 * SIDE_M, (2, targets))
+        first, weight = np.arange(targets + 1), np.full(targets, 1 / targets)
+        still = Futures(np.zeros(targets), *places, first, weight, np.zeros(targets, bool))
+        # How far each line is from the middle is spread evenly, its direction is any.
+        asides_m = SIDE_M * (2.0 * (np.arange(passes) + rng.random(passes)) / passes - 1.0)
+        flights = [a_line(float(rng.uniform(0, np.pi)), aside_m, speed_mps) for aside_m in asides_m]
+        evaluated = evaluate(flights, still, sensor, Objective(HORIZON_S))
         found.append(evaluated.detection_probability)
-        law.append(1.0 - math.exp(-sensor.sweep_width_m(speed_mps) * length_m / SIDE_M**2))
-    assert np.mean(found) == pytest.approx(np.mean(law), rel=0.01)
+    effort = passes * sensor.sweep_width_m(speed_mps) / (2.0 * SIDE_M)
+    assert np.mean(found) == pytest.approx(1.0 - math.exp(-effort), rel=0.01)
 
 
-def passes_over_a_square(
-    many: int, rng: np.random.Generator, speed_mps: float
-) -> tuple[list[Track], float]:
-    """Lines in any direction, at any distance from the middle, and their length in the square."""
-    far_m, length_m, flights = 2.0 * SIDE_M, 0.0, []
-    along = np.linspace(-far_m, far_m, 4001)[:, None]
-    for _ in range(many):
-        angle, aside_m = float(rng.uniform(0, np.pi)), float(rng.uniform(-SIDE_M, SIDE_M))
-        way = np.array([math.cos(angle), math.sin(angle)])
-        points = along * way + aside_m * np.array([-way[1], way[0]])
-        time_s = np.array([0.0, 2.0 * far_m / speed_mps])
-        flights.append(Track(time_s, *points[[0, -1]].T, ALWAYS))
-        length_m += 2.0 * far_m * float((np.abs(points) <= 0.5 * SIDE_M).all(axis=1).mean())
-    return flights, length_m
+def a_line(angle: float, aside_m: float, speed_mps: float) -> Track:
+    """A long straight flight past the middle of a square."""
+    way = np.array([math.cos(angle), math.sin(angle)])
+    ends = np.array([[-2.0], [2.0]]) * SIDE_M * way + aside_m * np.array([-way[1], way[0]])
+    return Track(np.array([0.0, 4.0 * SIDE_M / speed_mps]), *ends.T, ALWAYS)

@@ -23,7 +23,7 @@ from planner.search.sightings import holdout_value
 from planner.search.stepwise import after_flight, earned
 from planner.search.what_if import WhatIf
 from support.grid_instance import grid_futures, grid_problem
-from support.instances import network_of_roads
+from support.instances import by_two_letters
 from support.search_instances import random_problem
 
 
@@ -157,7 +157,7 @@ def test_a_free_flight_knows_what_it_earns(detects: float, others: float | None)
 
 def test_between_two_places_the_likelier_look_per_second_comes_first() -> None:
     """A target rests at the end of one of two roads: by falling p q (1 - q)^(k - 1) / c."""
-    net = network_of_roads({"A": (0.0, 0.0), "B": (6e3, 0.0), "C": (-4e3, 0.0)}, ["AB", "AC"])
+    net = by_two_letters({"A": (0.0, 0.0), "B": (6e3, 0.0), "C": (-4e3, 0.0)}, "AB AC")
     futures = Futures(
         np.zeros(2),
         np.array([6e3, -4e3]),

@@ -27,7 +27,8 @@ PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of th
 END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not seen
 KNOWN, SLOTS, BEST, FLIGHTS = 0, 1, 2, 3  # states known, slots used, the best state, flights made
 
-LEVELS = 65_535  # of a probability in two bytes: what is likelier seen than that is seen
+LEVELS = 65_535  # of a probability in two bytes
+FORGOTTEN = 1e-3  # who is unseen with less than that is not looked for any more
 SAME = 1e-9  # states at the same node that differ less in time and reward are one
 
 
@@ -171,7 +172,7 @@ def pack(miss: Floats, mask: Ints) -> None:
     """Write which particles are unseen, ``miss`` (N,), into bits, or into two bytes each."""
     if len(mask) == 2 * len(miss):
         for k in range(len(miss)):
-            share = int(LEVELS * miss[k] + 0.5)
+            share = int(LEVELS * miss[k] + 0.5) if miss[k] >= FORGOTTEN else 0
             mask[2 * k], mask[2 * k + 1] = share & 255, share >> 8
         return
     whole = len(miss) // 8
