@@ -31,6 +31,12 @@ class Fault:
     def __str__(self) -> str:
         return plain(f"{self.key}: {self.text}")
 
+    def renamed(self, old: str, new: str) -> "Fault":
+        """Return the same fault of a section, or a table in it, that has another key."""
+        text = self.text.replace(f"{old}.", f"{new}.")
+        key = new + self.key.removeprefix(old) if self.key.startswith(old) else self.key
+        return Fault(key, text, self.unknown)
+
     def is_about(self, *beginnings: str) -> bool:
         """Return whether its key begins with one of these; a misspelt longer one counts too."""
         return self.key.startswith(beginnings)

@@ -66,6 +66,18 @@ def half_width(values: Floats, weight: Floats) -> float:
     return NORMAL_95 * present * standard_error(values, weight / present)
 
 
+def means_of_runs(values: Floats, run: Ints) -> Floats:
+    """Return the mean of the values of each run, (runs,), by rising number.
+
+    Parameters
+    ----------
+    run
+        Of each value, (n,).
+    """
+    _, code, count = np.unique(run, return_inverse=True, return_counts=True)
+    return np.asarray(np.bincount(code, weights=values) / count)
+
+
 def half_width_of_runs(values: Floats, weight: Floats, run: Ints) -> float:
     """Return half the width of the 95 % interval of a sum of values, alike within a run.
 

@@ -37,6 +37,7 @@ CHECKER = (
     "verify_flight.py",
     "verify_plan.py",
     "verify_times.py",
+    "verify_odds.py",
     "verify_sight.py",
     "verify_spans.py",
     "verify_bound.py",

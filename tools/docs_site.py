@@ -24,7 +24,7 @@ PAGES = {  # that lie outside docs/, and what they are on the site
     "sumo_nets/grid5x5/claims/claims.md": "claims.md",
 }
 API, STUB = "api.md", ROOT / "planner" / "__init__.pyi"
-LINK = re.compile(r"(!?)\[((?:[^\]\\]|\\.)*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
+LINK = re.compile(r"(!?)\[((?:[^\[\]\\]|\\.|\[[^\]]*\])*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 PUBLIC = re.compile(r"^from \.([\w.]+) import (\w+) as \2$", re.MULTILINE)
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from score import score
 
 from planner import Futures
-from planner.experiments.portable import INVENTED, OF_TESTS, rounded, write_futures, write_text
+from planner.experiments.licences import INVENTED
+from planner.experiments.portable import OF_TESTS, rounded, write_futures, write_text
 from planner.files import json_text
 from planner.futures.even_speed import Drive, at_even_speed
 from planner.network.straight_roads import grid

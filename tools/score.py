@@ -23,14 +23,26 @@ Json = dict[str, Any]
 Z = 1.959963984540054  # the 97.5 % point of the standard normal distribution
 
 
-def flights_of(plan: Json, instance: Json) -> list[Array]:
-    """Return the (W, 3) waypoints of each UAV; ValueError if its UAV cannot fly them."""
-    uavs, tracks = instance["uavs"], [np.array(one["waypoints"], float) for one in plan["uavs"]]
-    if not 1 <= len(tracks) <= len(uavs):
-        raise ValueError(f"flies {len(tracks)} UAVs, and the instance has {len(uavs)}")
-    for number, (way, uav) in enumerate(zip(tracks, uavs, strict=False)):
+def ways_of(plan: Any) -> list[Array]:
+    """Return the waypoints of each UAV, (W, 3) each; ValueError if a plan holds none."""
+    try:
+        ways = [np.array(one["waypoints"], float)[:, :3] for one in plan["uavs"]]
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise ValueError(
+            'should hold {"uavs": [{"waypoints": [[time_s, x_m, y_m], ...]}, ...]}'
+        ) from error
+    if not ways or any(way.shape[0] < 1 or way.shape[1] < 3 for way in ways):
+        raise ValueError("should hold time_s, x_m and y_m of one waypoint or more for each UAV")
+    return ways
+
+
+def flights_of(plan: Any, instance: Json) -> list[Array]:
+    """Return the waypoints of each UAV; ValueError if its UAV cannot fly them."""
+    uavs, ways = instance["uavs"], ways_of(plan)
+    if len(ways) > len(uavs):
+        raise ValueError(f"flies {len(ways)} UAVs, and the instance has {len(uavs)}")
+    for number, (way, uav) in enumerate(zip(ways, uavs, strict=False)):
         who = f"uavs[{number}]"
-        way = tracks[number] = way[:, :3]
         start, seconds = (uav["take_off_s"], uav["x_m"], uav["y_m"]), np.diff(way[:, 0])
         if not np.isfinite(way).all() or (seconds < 0).any():
             raise ValueError(f"{who}: times should never fall, and all be finite")
@@ -43,7 +55,7 @@ def flights_of(plan: Json, instance: Json) -> list[Array]:
         home = uav["return_to_m"]
         if home is not None and not np.allclose(way[-1, 1:], home, rtol=0, atol=0.01):
             raise ValueError(f"{who}: should end at {home}")
-    return tracks
+    return ways
 
 
 def contacts(way: Array, motion: Array, gone: bool, radius_m: float) -> Array:
@@ -98,7 +110,7 @@ def outcome(spans: Array, rate: Array, horizon_s: float) -> tuple[float, float]:
     return float(spent.sum()), float(1.0 - unseen[-1])
 
 
-def score(instance: Json, plan: Json, futures: Json, detects: float | None = None) -> Json:
+def score(instance: Json, plan: Any, futures: Json, detects: float | None = None) -> Json:
     """Return E and P of a plan with their 95 % intervals."""
     sensor, horizon_s = instance["sensor"], float(instance["horizon_s"])
     radius_m, p = sensor["radius_m"], sensor["detects"] if detects is None else detects
@@ -119,7 +131,8 @@ def score(instance: Json, plan: Json, futures: Json, detects: float | None = Non
     share, there = weight / weight.sum(), weight.sum()
     draws = 1.0 / (share @ share)
     mean_s, seen = share @ time_s, share @ found
-    half_s = Z * there * math.sqrt(draws / (draws - 1) * (share**2 @ (time_s - mean_s) ** 2))
+    spread = math.sqrt(share**2 @ (time_s - mean_s) ** 2)
+    half_s = Z * there * spread * math.sqrt(draws / (draws - 1)) if draws > 1.5 else math.inf
     expected_s, z2 = there * mean_s + (1 - there) * horizon_s, Z * Z / draws
     middle, half = seen + z2 / 2, math.sqrt(max(0.0, seen * (1 - seen)) * z2 + z2 * z2 / 4)
     return {
@@ -165,10 +178,14 @@ def main() -> None:
         parser.error("name a plan")
     try:
         instance, futures = read(wanted.instance, wanted.futures)
+    except (OSError, ValueError, KeyError) as error:
+        parser.error(f"{wanted.instance}: is no folder of an instance ({error})")
+    try:
         plan = json.loads(wanted.plan.read_text(encoding="utf-8"))
-        print(json.dumps(score(instance, plan, futures, wanted.detects), indent=1))
-    except ValueError as error:
+        found = score(instance, plan, futures, wanted.detects)
+    except (OSError, ValueError) as error:
         parser.error(f"{wanted.plan}: {error}")
+    print(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":

@@ -11,8 +11,6 @@ python tools/traffic_worth.py [--particles 200] [--truths 10] [--only bologna] [
 """
 
 import argparse
-import os
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
+from benchmarks.traffic_cases import berlin, bologna
 
 from planner import (
     Futures,
@@ -37,45 +36,12 @@ from planner.belief.particles import Realisations
 from planner.belief.recipe import Drawn
 from planner.futures.record import How
 from planner.futures.store import recorded
-from planner.intervals import student_interval
+from planner.intervals import means_of_runs, student_interval
 from planner.mission.recorder import Recorder
 
 UNSEEN, JUDGES = 100, 10  # realisations of truths: from which one on, and how many
 MIXED = 4  # realisations in a mixture
 METHOD = "rate"
-CASE = """
-[network]
-net = "{net}"
-[traffic]
-{traffic}
-[target]
-start = {start}
-speed_mps = {{ uniform = [11, 15] }}
-driving = "traffic"
-[uav]
-start = {uav}
-speed_mps = 25
-take_off_s = {take_off_s}
-[sensor]
-radius_m = 60
-[search]
-horizon_s = 1200
-particles = {particles}
-seed = 1
-"""
-BERLIN = {
-    "net": "sumo:tools/game/DRT/osm.net.xml",
-    "start": "{ x_m = 1492.6, y_m = 671.7, radius_m = 150 }",
-    "uav": "{ x_m = 0, y_m = 671.7 }",
-    "take_off_s": 300,
-}
-BOLOGNA = {
-    "net": "acosta_buslanes.net.xml",
-    "traffic": 'sumocfg = "run.sumocfg"\nat = 1800\ndepart_offset_s = 300',
-    "start": "{ x_m = 900, y_m = 700, radius_m = 150 }",
-    "uav": "{ x_m = 0, y_m = 700 }",
-    "take_off_s": 60,
-}
 BELIEFS = {
     "free": ("target.driving=free",),
     "one realisation": ("traffic.realisations=1",),
@@ -93,23 +59,11 @@ class Case(NamedTuple):
 def cases(folder: Path, particles: int) -> Iterator[Case]:
     """Yield the towns that there are."""
     for per_hour in (1000, 3000, 4500):
-        text = {**BERLIN, "traffic": f"vehicles_per_hour = {per_hour}", "particles": particles}
-        yield _case(f"Berlin, {per_hour:,}/h", folder / f"berlin{per_hour}", text)
-    data = Path(os.environ.get("PLANNER_DATA", "data"), "bologna_acosta")
-    if not data.is_dir():
-        print(f"Bologna is left out: there is no folder {data}", file=sys.stderr)
-        return
-    case = _case("Bologna, rush hour", folder / "bologna", {**BOLOGNA, "particles": particles})
-    for file in data.iterdir():
-        (case.path.parent / file.name).write_bytes(file.read_bytes())
-    yield case
-
-
-def _case(name: str, folder: Path, text: dict[str, object]) -> Case:
-    folder.mkdir()
-    path = folder / "scenario.toml"
-    path.write_text(CASE.format(**text), encoding="utf-8")
-    return Case(name, path)
+        path = berlin(folder / f"berlin{per_hour}", per_hour, particles)
+        yield Case(f"Berlin, {per_hour:,}/h", path)
+    rush_hour = bologna(folder / "bologna", particles)
+    if rush_hour is not None:
+        yield Case("Bologna, rush hour", rush_hour)
 
 
 @dataclass(frozen=True)
@@ -158,8 +112,7 @@ def _when(opened: OpenScenario, plan: Plan, futures: Futures) -> Floats:
 
 def _by_run(opened: OpenScenario, plan: Plan, truths: Futures) -> Floats:
     assert truths.fates is not None
-    _, run, count = np.unique(truths.fates.realisation, return_inverse=True, return_counts=True)
-    return np.asarray(np.bincount(run, weights=_when(opened, plan, truths)) / count)
+    return means_of_runs(_when(opened, plan, truths), truths.fates.realisation)
 
 
 def rows(case: Case, found: dict[str, Judged]) -> Iterator[str]:

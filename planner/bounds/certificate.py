@@ -7,11 +7,13 @@ from dataclasses import dataclass, field, replace
 from planner.arrays import Floats
 from planner.bounds.any_flight import STARTS, most_of_any_flight
 from planner.bounds.branch_and_bound import Search
+from planner.bounds.fleet_prices import FleetTable
 from planner.bounds.flights import Prefix
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
-from planner.detection.chase import chased_alone
+from planner.bounds.subgradient import lowest
+from planner.detection.chase import chased_alone, chased_by_any
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
@@ -93,9 +95,11 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         problem = problem.replace(uav=problem.uav.fastest, sensor=wider)
     weight = problem.futures.weight
     value = objective.value(float(weight @ earned))
-    earliest_s = chased_alone(problem.futures, problem.uav, problem.sensor)
+    earliest_s = chased_by_any(problem.futures, problem.uavs, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
     so_far = _SoFar(effort, objective, value, most)
+    if len(plan.tracks) > 1 or problem.others or problem.uav.sorties > 1:
+        return _of_fleet(problem, earned, so_far, most, on_roads=on_roads)
     if not on_roads:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
         bound, physics = objective.value(reward), objective.value(most)
@@ -107,21 +111,37 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     return Certificate(value, bound, "roads", movements.fitting_bin_s, proof, search.better, trace)
 
 
+def _of_fleet(
+    problem: Problem, earned: Floats, so_far: "_SoFar", most: float, *, on_roads: bool
+) -> Certificate:
+    """Return the certificate of a fleet's plan; off the roads there is but what none surpasses."""
+    objective, value = problem.objective, so_far.value
+    if not on_roads:
+        bound = objective.value(most)
+        return Certificate(value, bound, "free", physics=bound)
+    table = FleetTable.of(problem)
+    reward = float(problem.futures.weight @ earned)
+    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
+    found, _ = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
+    bound, trace = objective.value(min(found, most)), tuple(so_far.trace)
+    return Certificate(value, bound, "roads", table.bin_s, trace=trace)
+
+
 class _SoFar:
     """How far a search for a bound has got, and whether it ends."""
 
     def __init__(self, effort: Effort, objective: Objective, value: float, most: float) -> None:
-        self.effort, self._objective, self._value, self._most = effort, objective, value, most
+        self.effort, self._objective, self.value, self._most = effort, objective, value, most
         self._steps, self.trace = 0, list[TracePoint]()
 
     def hear(self, bounded: float) -> bool:
         """Take note of the most that is known after one more step; tell whether to end."""
         bound = self._objective.value(min(bounded, self._most))
         self._steps += 1
-        gap = gap_of(self._value, bound)
+        gap = gap_of(self.value, bound)
         if not self.trace or self.trace[-1].value != bound:
             self.trace.append(TracePoint(self._steps, bound))
-        note = f"value {self._value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        note = f"value {self.value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
         self.effort.on_progress(self._steps, STEPS, note)
         return gap <= self.effort.gap or self.is_late()
 

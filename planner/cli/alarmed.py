@@ -6,11 +6,11 @@ from functools import partial
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import Drive, recorded
-from planner.mission.alarms import Alarms, Compared, compared
-from planner.mission.online import Remembering
+from planner.mission.alarms import Alarms, compared
+from planner.mission.live import BEST
+from planner.mission.online import Mission, Remembering
 from planner.mission.recorder import Recorder
 from planner.mission.run_folder import open_run, refuse_no_run
-from planner.search.methods import method_named
 from planner.streams import stream
 
 TARGETS, SEQUENCES, LASTS_S = 1000, 16, 120.0
@@ -26,15 +26,11 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     drive = Drive.of_truth("recording true targets", opened)
     drawn = partial(Recorder.truths, targets=arguments.targets or TARGETS, seed=seed)
     targets = recorded(arguments, opened, drive, drawn).futures
-    recorder, method = Remembering(opened, arguments.jobs), method_named("best")
+    mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     horizon_s, many = opened.scenario.search.horizon_s, arguments.sequences or SEQUENCES
-    found = Compared((), ())
+    gaps = [alarms.gaps_s(horizon_s, stream(seed, "alarms", number)) for number in range(many)]
     with progress_bar("flying with false alarms") as progress:
-        for number in range(many):
-            gaps_s = alarms.gaps_s(horizon_s, stream(seed, "alarms", number))
-            one = compared(recorder, stored.plan, method, targets, [gaps_s], lasts_s)
-            found = Compared(found.late_s + one.late_s, found.anew_s + one.anew_s)
-            progress(number + 1, many)
+        found = compared(mission, targets, gaps, lasts_s, progress)
     low, high = found.interval if many > 1 else (float("-inf"), float("inf"))
     late_s, anew_s = sum(found.late_s) / many, sum(found.anew_s) / many
     without_s = stored.evaluated["expected_detection_time_s"]

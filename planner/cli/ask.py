@@ -67,12 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
     asked = questions.usual_questions(
         believed, opened.network, max(at_s, questions.CLASS_S), cameras
     )
-    found: list[ask.Worth] = []
     with progress_bar("questions") as progress:
-        for number, one in enumerate(asked):
-            progress(number, len(asked))
-            found += ask.ask(mission.recorder, going_on, mission.method, [one], targets)
-    found.sort(key=lambda one: one.low_s, reverse=True)
+        found = ask.ask(mission.recorder, going_on, mission.method, asked, targets, progress)
     most_s = ask.most_s(going_on, targets)
     summary = {
         "most_s": most_s,

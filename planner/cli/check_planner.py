@@ -9,7 +9,7 @@ from planner.messages import counted
 
 if TYPE_CHECKING:
     from planner.search.contract import Breach
-    from planner.search.own import OwnPlanner
+    from planner.user_code import UserFunction
 
 SUMMARY = "hold a planner of your own against what every planner owes"
 DETAILS = """\
@@ -29,10 +29,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Check a planner and tell what it breaks: 0 if nothing, 1 if anything."""
     from planner.search.contract import breaches
-    from planner.search.own import own_planner
+    from planner.search.own import loaded
+    from planner.user_code import UserFunction
 
-    own = own_planner(arguments.planner)
-    found = [*breaches(own.load())]
+    own = UserFunction.of(arguments.planner)
+    found = [*breaches(loaded(own))]
     is_broken = any(one.clause is not None and not one.clause.is_advice for one in found)
     kept_out = sum(one.clause is None for one in found)
     summary = {
@@ -56,7 +57,7 @@ def _plain(one: "Breach") -> dict[str, Any]:
 
 
 def _blocks(
-    own: "OwnPlanner", found: "list[Breach]", *, is_broken: bool, refused: int
+    own: "UserFunction", found: "list[Breach]", *, is_broken: bool, refused: int
 ) -> Iterator[str]:
     """Yield a paragraph for each clause that is broken, on whatever problems, and the verdict."""
     from planner.search.contract import CLAUSES
@@ -67,8 +68,9 @@ def _blocks(
         if broken:
             yield f"{'advice' if clause.is_advice else 'broken'}: {clause.name}"
             for said in dict.fromkeys(one.said for one in broken):
-                where = ", ".join(one.problem for one in broken if one.said == said)
-                yield f"  {where}: {said}"
+                where = [one.problem for one in broken if one.said == said]
+                on = "all problems" if len(where) == len(PROBLEMS) else ", ".join(where)
+                yield f"  {on}: {said.removeprefix(f'{own.name}: ')}"
             yield f"  remedy: {clause.remedy}"
     for one in found:
         if one.clause is None:

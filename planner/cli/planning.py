@@ -36,7 +36,7 @@ from planner.futures.futures import Futures
 from planner.futures.store import Recording
 from planner.interrupts import first_interrupt_asks
 from planner.messages import counted
-from planner.mission import certificate_file, run_folder
+from planner.mission import certificate_file, certify, run_folder
 from planner.mission.now_events import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
@@ -275,6 +275,7 @@ def _planned(
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
+                certify.refuse_fleet(plan)
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
                     jobs = arguments.jobs
                     bounding = Bounding(interrupted, arguments.gap, limit_s, workers=jobs)

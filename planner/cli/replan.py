@@ -27,10 +27,10 @@ plan there was goes on unless a new one is better on the same particles. PLACE i
 a street, a crossing, coordinates or a node, as `planner now` takes it. Writes a
 new run, which names the one it is the rest of."""
 EXAMPLES = (
-    ('replan runs/town --at 0:09:00 --report "seen at Am Studio at -2min, 70 %"', ""),
-    ("replan runs/town --at 540 --searched other.gpx --radius-m 200 --detects .6", ""),
+    ('replan runs/town --at 540 --report "seen at Am Studio at -2min, 70 %"', ""),
+    ("replan runs/town --at 540 --searched other.gpx --radius-m 200", ""),
     ("replan runs/town --at 540 --delay 120", "an alarm was checked"),
-    ("replan runs/town --at 900 --lost-at 52.43,13.53 --gap 30", "found, and lost"),
+    ("replan runs/town --at 900 --lost-at 52.43,13.53", "found, and lost"),
 )
 
 

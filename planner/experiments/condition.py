@@ -15,7 +15,7 @@ from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.draft import read_draft
 from planner.search.methods import Method, method_named, method_of
-from planner.search.own import OwnPlanner
+from planner.user_code import UserFunction
 
 OF_NET = "network"  # begins the keys that decide on the network
 ID_DIGITS = 16  # 64 bits: chance repeats among a million conditions have odds of 1 to 4e7
@@ -33,7 +33,7 @@ class Condition:
     targets: int = FRESH_TARGETS  # fresh ones on which the plan is evaluated
     sets: tuple[TargetSet, ...] = ()  # of enumerated targets that it meets as well
     study: str = ""  # what is done in place of making a plan
-    own: OwnPlanner | None = None  # the user's, that the method is; None: the program's own
+    own: UserFunction | None = None  # the user's, that the method is; None: the program's own
     # Where the scenario lies here; elsewhere it is still the same condition.
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors

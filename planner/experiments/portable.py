@@ -4,7 +4,6 @@ The same bytes on every machine with the same versions: NumPy's files are not co
 compressors differ, and all numbers in them are rounded to float32.
 """
 
-import hashlib
 import re
 import shutil
 from collections.abc import Iterable, Sequence
@@ -14,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, first_rows
 from planner.detection.evaluate import evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.experiments.instances import Instance, best_known
+from planner.experiments.licences import licence_of, notice_of
 from planner.files import kit, write_json, written_whole
 from planner.flight.plan import Plan
 from planner.flight.uav import Uav
@@ -26,7 +26,7 @@ from planner.mission.places import frame
 from planner.mission.recorder import Recorder, problem_of
 from planner.network.road_network import RoadNetwork
 from planner.npz import write_columns
-from planner.provenance import versions
+from planner.provenance import sha256_of_file, versions
 from planner.search.problem import Problem
 
 SCHEMA, FLIGHT = "planner.instance/1", "planner.flight/1"
@@ -39,17 +39,6 @@ OF_AN_INSTANCE = (ABOUT, PLANNING, JUDGING, BEST, NOTICE)
 OF_TESTS = (ABOUT, JUDGING, "flights.json", NOTICE)
 OF_ALL = (SCORER, FORM, PAGE, CHECKSUMS)
 TENTH = 1  # digits of figures: less than what chance moves them by
-
-ODBL = "ODbL-1.0"
-OPEN_DATABASE = (
-    "The roads were made from OpenStreetMap, {credit}, and come with Eclipse SUMO. They, and all "
-    "that is derived from them here, are made available under the Open Database License 1.0: "
-    "https://opendatacommons.org/licenses/odbl/1-0/. Any rights in individual contents are "
-    "licensed under the Database Contents License 1.0: "
-    "https://opendatacommons.org/licenses/dbcl/1-0/. Name the contributors with whatever you make "
-    "of them: https://www.openstreetmap.org/copyright.\n"
-)
-INVENTED = "The roads are invented. They, and all that is here, are under the Apache License 2.0.\n"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +58,12 @@ def folder_of(name: str) -> str:
 
 
 def export(here: Path, instance: Instance, recorder: Recorder, judged: int = JUDGED) -> Exported:
-    """Write one instance into a folder of its own.
+    """Write one instance into a folder of its own, and return what was written.
 
     Parameters
     ----------
+    here
+        The folder, empty.
     recorder
         Of the instance's scenario.
     judged
@@ -100,7 +91,7 @@ def export(here: Path, instance: Instance, recorder: Recorder, judged: int = JUD
     write_futures(here / JUDGING, judging)
     write_json(here / BEST, flight_content(plan, instance.name))
     write_json(here / ABOUT, content)
-    write_text(here / NOTICE, _notice(problem.network))
+    write_text(here / NOTICE, notice_of(problem.network))
     size = sum(file.stat().st_size for file in here.iterdir()) / 1e6
     best_s = content["best_known"][JUDGING]["expected_detection_time_s"]
     return Exported(instance.name, folder_of(instance.name), len(planning) + judged, size, best_s)
@@ -118,9 +109,9 @@ def export_rest(here: Path, folder: Path, exported: Sequence[Exported], seed_sha
     Parameters
     ----------
     here
-        Whence these files go into the folder.
+        An empty folder for these files, all of which move to ``folder`` together afterwards.
     folder
-        That holds the instances and the test flights already.
+        Where the exported instances and the test flights are already, a folder each.
     """
     for name in (SCORER, FORM):
         shutil.copyfile(kit(name), here / name)
@@ -128,7 +119,7 @@ def export_rest(here: Path, folder: Path, exported: Sequence[Exported], seed_sha
     parts = [*(one.folder for one in exported), TESTS]
     files = {f"{part}/{file.name}": file for part in parts for file in (folder / part).iterdir()}
     files |= {file.name: file for file in here.iterdir()}
-    lines = [f"{_sha256(files[name])}  {name}\n" for name in sorted(files)]
+    lines = [f"{sha256_of_file(files[name])}  {name}\n" for name in sorted(files)]
     write_text(here / CHECKSUMS, "".join(lines))
 
 
@@ -146,7 +137,7 @@ def rounded(futures: Futures) -> Futures:
         time_s=time_s[kept],
         x_m=x_m[kept],
         y_m=y_m[kept],
-        first_knot=np.concatenate([[0], np.cumsum(counts)]),
+        first_knot=first_rows(counts),
         weight=futures.weight,
         gone=futures.gone,
     )
@@ -195,7 +186,7 @@ def _about(instance: Instance, problem: Problem) -> dict[str, Any]:
         "schema": SCHEMA,
         "name": instance.name,
         **network.credit,
-        "licence": _licence(network),
+        "licence": licence_of(network),
         "made_by": f"sumo-search-planner {known['planner']}, SUMO {known['sumo']}",
         "horizon_s": problem.horizon_s,
         "sensor": {"radius_m": problem.sensor.radius_m, "detects": detects},
@@ -247,20 +238,6 @@ def _figures(plan: Plan, problem: Problem, futures: Futures) -> dict[str, Any]:
         "detection_probability": round(found.detection_probability, 4),
         "detection_ci95": [round(low, 4), round(high, 4)],
     }
-
-
-def _licence(network: RoadNetwork) -> str:
-    return ODBL if "OpenStreetMap" in network.attribution else "Apache-2.0"
-
-
-def _notice(network: RoadNetwork) -> str:
-    if _licence(network) == ODBL:
-        return OPEN_DATABASE.format(credit=network.attribution)
-    return INVENTED
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def chosen(instances: Iterable[Instance], names: Sequence[str]) -> list[Instance]:

@@ -11,7 +11,7 @@ from typing import Any
 from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import figures_on
-from planner.mission.recorder import Recorder, needs_holdout, problem_of
+from planner.mission.recorder import Recorder, holdout_for, problem_of
 from planner.mission.trial import Trial, try_method
 from planner.provenance import versions
 
@@ -79,7 +79,7 @@ def _tried(condition: Condition) -> tuple[dict[str, Any], float]:
     method = condition.planned_by
     opened = condition.opened()
     recorder = Recorder(opened, 1)
-    holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
+    holdout = holdout_for(method, recorder)
     futures = recorder.planning().futures
     fresh = recorder.evaluation(condition.targets).futures if condition.targets else futures
     trial = try_method(method, recorder, futures, fresh, holdout=holdout)

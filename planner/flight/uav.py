@@ -27,6 +27,7 @@ class Uav:
     aircraft: Aircraft | None = None
     sorties: int = 1  # how often it may fly, each time as long
     swap_s: float = 0.0  # how long it stands on the ground in between
+    in_air: bool = False  # whether it flies already when its flight begins
 
     def __post_init__(self) -> None:
         names = ("x_m", "y_m", "take_off_s", "altitude_m")

@@ -1,7 +1,6 @@
 """Traffic where a net is all there is: so many vehicles an hour, from anywhere to anywhere."""
 
 import hashlib
-import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -11,9 +10,8 @@ from planner.errors import SumoError
 from planner.files import written_whole
 from planner.futures.simulation import plain_link
 from planner.guard import rewritten_xml
-from planner.interrupts import undone_if_stopped
 from planner.locks import held, temporary_folder
-from planner.network.sumo import sumo_environment, sumo_file, sumo_version
+from planner.network.sumo import ended, sumo_file, sumo_version
 from planner.provenance import sha256_of_file
 
 TOOL = "tools/randomTrips.py"
@@ -51,7 +49,6 @@ def demand_routes(demand: Demand, net: Path, seed: int) -> Path:
 
 
 def _drawn(demand: Demand, net: Path, seed: int, work: Path) -> Path:
-    sumo_environment()
     trips = work / "trips.xml"
     options = {
         "net-file": net,
@@ -64,17 +61,9 @@ def _drawn(demand: Demand, net: Path, seed: int, work: Path) -> Path:
         "fringe-factor": FRINGE,
     }
     words = [f"--{name}={value}" for name, value in options.items()]
-    running = subprocess.Popen(
-        [sys.executable, str(sumo_file(TOOL)), *words, "--random-depart", "--validate"],
-        cwd=work,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-        errors="replace",
-    )
-    with undone_if_stopped(running.kill):
-        said = running.communicate()[1]
-    if running.returncode or not trips.is_file():
+    tool = [sys.executable, str(sumo_file(TOOL))]
+    code, said = ended([*tool, *words, "--random-depart", "--validate"], work)
+    if code or not trips.is_file():
         last = said.strip().splitlines()[-1:] or ["it gives no reason"]
         raise SumoError(f"SUMO's randomTrips finds no trips on {net.resolve()}: {last[0]}")
     return trips

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, first_of_parts
 from planner.futures.edges_driven import EdgesDriven
 from planner.futures.futures import Futures
 from planner.network.road_network import RoadNetwork
@@ -49,7 +49,7 @@ def at_even_speed(
         for route, drive in zip(routes, drives, strict=True)
     ]
     knots = np.concatenate(parts) if parts else np.empty((0, 4))
-    first_knot = np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(int)
+    first_knot = first_of_parts(parts)
     edge = knots[:, 3].astype(int)
     return Futures(
         time_s=knots[:, 0],

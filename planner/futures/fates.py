@@ -54,10 +54,10 @@ class Fates(Frozen):
     @classmethod
     def joined(cls, parts: Sequence["Fates | None"]) -> "Fates | None":
         """Return those of several sets of particles; None if they are not known of all."""
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
+        known = [part.columns for part in parts if part is not None]
+        if not known or len(known) < len(parts):
             return None
-        return cls(**{name: np.concatenate([p.columns[name] for p in known]) for name in COLUMNS})
+        return cls(**{name: np.concatenate([some[name] for some in known]) for name in known[0]})
 
     def counts(self) -> dict[str, int]:
         """Return how many particles fared how."""

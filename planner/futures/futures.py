@@ -169,6 +169,21 @@ class Futures(Frozen):
         """Return the same motion with other weights, (N,)."""
         return replace(self, weight=weight)
 
+    def driven_m(self, time_s: Floats | float) -> Floats:
+        """Return how far each particle has come along its way, (N,) metres.
+
+        Parameters
+        ----------
+        time_s
+            As `positions` takes it.
+        """
+        upto_s = np.minimum(time_s, self.end_s)[self.particle]
+        pieces, first = self.pieces, self.first_knot
+        lasts_s = np.clip(np.minimum(pieces.to_s, upto_s) - pieces.from_s, 0.0, None)
+        metres = np.hypot(pieces.vx_mps, pieces.vy_mps) * lasts_s
+        along_m = np.concatenate(([0.0], np.cumsum(metres)))
+        return np.asarray(along_m[first[1:]] - along_m[first[:-1]])
+
     def positions(self, time_s: Floats | float) -> Floats:
         """Return where all particles are, (N, 2) metres, NaN where they are not.
 

@@ -25,18 +25,30 @@ OTHER_NAMES = {
     "taxi.vclasses": "device.taxi.vclasses",
     "with-taz": "device.rerouting.with-taz",
 }
-# What decides how vehicles and persons move, and nothing else.
+# What decides how vehicles and persons move, and nothing else: options, families of options that
+# begin alike, and devices, of vehicles and of persons.
+NAMES = (
+    *("begin", "step-length", "step-method.ballistic", "extrapolate-departpos"),
+    *("lateral-resolution", "no-internal-links", "keep-after-arrival", "slope-centered"),
+    *("scale", "scale-suffix", "max-num-vehicles", "max-num-persons", "random-depart-offset"),
+    *("ignore-junction-blocker", "ignore-route-errors", "ignore-accidents", "max-depart-delay"),
+    *("sloppy-insert", "eager-insert", "emergency-insert", "insertion-checks"),
+    *("waiting-time-memory", "startup-wait-threshold", "time-to-impatience"),
+    *("parking.maneuver", "use-stop-ended", "use-stop-started", "ride.stop-tolerance"),
+    *("weight-attribute", "junction-taz", "routing-algorithm", "replay-rerouting"),
+    *("railway.max-train-length", "railsignal-moving-block"),
+)
+FAMILIES = (
+    *("collision", "intermodal-collision", "time-to-teleport", "lanechange", "tls", "railsignal"),
+    *("default", "overhead-wire", "pedestrian", "mapmatch", "weights", "persontrip"),
+)
+DEVICES = (
+    *("rerouting", "battery", "stationfinder", "taxi", "glosa", "bluelight", "driverstate"),
+    *("toc", "elechybrid", "friction"),
+)
 TAKEN = re.compile(
-    r"begin|step-length|step-method\.ballistic|scale|scale-suffix|weight-attribute|junction-taz|"
-    r"extrapolate-departpos|lateral-resolution|no-internal-links|keep-after-arrival|"
-    r"ignore-(junction-blocker|route-errors|accidents)|max-num-(vehicles|persons)|"
-    r"waiting-time-memory|startup-wait-threshold|max-depart-delay|(sloppy|eager|emergency)-insert|"
-    r"insertion-checks|random-depart-offset|slope-centered|time-to-impatience|"
-    r"parking\.maneuver|use-stop-(ended|started)|ride\.stop-tolerance|routing-algorithm|"
-    r"railway\.max-train-length|replay-rerouting|railsignal-moving-block|"
-    r"((intermodal-)?collision|time-to-teleport|lanechange|tls|railsignal|default|overhead-wire|"
-    r"pedestrian|mapmatch|weights|persontrip|(person-)?device\.(rerouting|stationfinder|battery|"
-    r"toc|driverstate|bluelight|elechybrid|taxi|glosa|friction))(\.[\w-]+)*"
+    rf"{'|'.join(map(re.escape, NAMES))}|"
+    rf"({'|'.join(FAMILIES)}|(person-)?device\.({'|'.join(DEVICES)}))(\.[\w-]+)*"
 )
 WRITES = re.compile(r".*\b(output|files?|threads|wkt|wkt\.geo|py)")  # among these families
 

@@ -68,7 +68,7 @@ class Traffic:
             self.realisations,
             self.seed,
             self.depart_offset_s,
-            self.options,
+            sorted(self.options),
             (len(self.routes), len(self.additional), len(self.weights)),
             self.demand,
             self.control,

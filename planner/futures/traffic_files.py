@@ -33,10 +33,13 @@ ELEMENTS = (
     r"tractionSubstation|deadlock|laneType|carFollowing-\w+"
 )
 ELEMENT = re.compile(ELEMENTS)
-# These read the file that detectors of the same attribute write.
+# These read a file (SUMO's NLTriggerBuilder); all others that have the attribute write it (its
+# NLHandler and NLDetectorBuilder), and so does a calibrator's "output".
 READERS = ("rerouter", "variableSpeedSign", "calibrator")
 PICTURES = ("imgFile", "osgFile")
-# Keys of parameters that name files, and devices that write and do nothing else.
+# Keys of parameters that name files (of signals: SUMO's MSActuatedTrafficLightLogic and
+# NEMAController; of vehicles: MSDevice_SSM, which writes by a vehicle's name where none is given,
+# and MSDevice_ToC), and devices that write and do nothing else.
 WRITES = re.compile(
     r"file|output|^(has|device)\.(ssm|fcd|emissions|tripinfo|vehroute|bt\w+|example)\b",
     re.IGNORECASE,

@@ -13,7 +13,6 @@ import os
 import pickle
 import subprocess
 import sys
-import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -119,6 +118,7 @@ def in_processes(
     come: dict[int, Answer] = {}
     following = 0
     for number, answer in in_parts(function, tasks, workers=workers, wanted=wanted):
+        assert number not in come, "a generator's answers come in parts: see in_parts"
         come[number] = answer
         while following in come:
             yield come.pop(following)
@@ -161,46 +161,73 @@ def in_parts(
     """
     if not tasks:
         return
-    team = _team(min(workers or cores(), len(tasks)))
-    free: SimpleQueue[_Worker] = SimpleQueue()
+    team = _Team(function, min(workers or cores(), len(tasks)))
     come: SimpleQueue[_Part | Future[None]] = SimpleQueue()
-    over = threading.Event()
 
     def done(number: int, task: Task) -> None:
-        worker, known = free.get(), 0
+        for answer in team.answers(task):
+            come.put(_Part(number, answer))
+
+    with ThreadPoolExecutor(len(team.workers)) as threads, team:
+        list(threads.map(team.begin, tuple(team.workers)))
+        flying = [threads.submit(done, *numbered) for numbered in enumerate(tasks)]
+        for one in flying:
+            one.add_done_callback(come.put)
+        try:
+            yield from _until_all_end(come, len(flying), wanted)
+        finally:
+            for one in flying:
+                one.cancel()
+
+
+class _Team:
+    """Processes that do tasks with one function; one that dies is replaced once at each task."""
+
+    def __init__(self, function: Callable[[Any], Any], size: int) -> None:
+        self.workers = _team(size)
+        self._function = function
+        self._free: SimpleQueue[_Worker] = SimpleQueue()
+        self._is_over = False
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Keep the processes for later; end all if one fails, else they would finish first."""
+        if kind is not None:
+            self._is_over = True
+            for worker in list(self.workers):
+                worker.kill()
+        _idle.extend(worker for worker in self.workers if worker in _all)
+
+    def begin(self, worker: "_Worker") -> None:
+        """Have a process take up the function, and be free for tasks."""
+        worker.begin(self._function)
+        self._free.put(worker)
+
+    def answers(self, task: Any) -> Iterator[Any]:
+        """Yield the parts of the answer to a task, from whichever process is free first."""
+        worker, known = self._free.get(), 0
         try:
             for answer in worker.answers(task):
-                come.put(_Part(number, answer))
                 known += 1
+                yield answer
         except LostError as error:
-            if worker.alive or over.is_set() or is_stopping():
+            if worker.alive or self._is_over or is_stopping():
                 raise
             log.warning("%s; started again", error)
-            team.remove(worker)
-            worker.kill()
-            worker = _Worker()
-            team.append(worker)
-            worker.begin(function)
-            for answer in islice(worker.answers(task), known, None):
-                come.put(_Part(number, answer))
+            worker = self._in_place_of(worker)
+            yield from islice(worker.answers(task), known, None)
         finally:
-            free.put(worker)
+            self._free.put(worker)
 
-    try:
-        with ThreadPoolExecutor(len(team)) as threads, _killed_on_failure(team, over):
-            list(threads.map(lambda worker: worker.begin(function), team))
-            for worker in team:
-                free.put(worker)
-            flying = [threads.submit(done, *numbered) for numbered in enumerate(tasks)]
-            for one in flying:
-                one.add_done_callback(come.put)
-            try:
-                yield from _until_all_end(come, len(flying), wanted)
-            finally:
-                for one in flying:
-                    one.cancel()
-    finally:
-        _idle.extend(worker for worker in team if worker in _all)
+    def _in_place_of(self, lost: "_Worker") -> "_Worker":
+        self.workers.remove(lost)
+        lost.kill()
+        worker = _Worker()
+        self.workers.append(worker)
+        worker.begin(self._function)
+        return worker
 
 
 def _until_all_end(
@@ -263,18 +290,6 @@ def _team(size: int, *, new: bool = True) -> list["_Worker"]:
     for worker in set(waiting) - set(alive):
         worker.kill()
     return alive + [_Worker() for _ in range(size - len(alive) if new else 0)]
-
-
-@contextlib.contextmanager
-def _killed_on_failure(team: Sequence["_Worker"], over: threading.Event) -> Iterator[None]:
-    """End all at once if one fails; otherwise the others would finish what they are at."""
-    try:
-        yield
-    except BaseException:
-        over.set()
-        for worker in list(team):
-            worker.kill()
-        raise
 
 
 class _Worker:

@@ -16,15 +16,14 @@ from planner.checked import number, set_fields
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
-from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.intervals import student_interval
-from planner.mission.online import Mission, Remembering
+from planner.mission.online import Mission
 from planner.mission.recorder import problem_of
 from planner.mission.replan import Standing
-from planner.search.methods import Method
+from planner.progress import Progress, silent
 
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
 
@@ -98,27 +97,29 @@ def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, an
 
 
 def compared(
-    recorder: Remembering,
-    plan: Plan,
-    method: Method,
+    mission: Mission,
     targets: Futures,
     sequences: Sequence[Floats],
     lasts_s: float,
+    on_progress: Progress = silent,
 ) -> Compared:
     """Return what planning anew after alarms is worth, against the plan flown late.
 
     Parameters
     ----------
+    mission
+        At its take-off; it stays there.
     sequences
         The times of search between alarms of each flight.
     """
     late_s: list[float] = []
     anew_s: list[float] = []
-    for gaps_s in sequences:
+    for done, gaps_s in enumerate(sequences):
+        on_progress(done, len(sequences))
         for found, anew in ((late_s, False), (anew_s, True)):
-            mission = Mission(recorder, plan, method)
-            track = with_alarms(mission, gaps_s.tolist(), lasts_s, anew=anew)
-            found.append(_evaluated(mission, track, targets).expected_detection_time_s)
+            flown = Mission(mission.recorder, mission.plan, mission.method)
+            track = with_alarms(flown, gaps_s.tolist(), lasts_s, anew=anew)
+            found.append(_evaluated(flown, track, targets).expected_detection_time_s)
     return Compared(tuple(late_s), tuple(anew_s))
 
 

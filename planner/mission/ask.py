@@ -22,8 +22,9 @@ from planner.intervals import half_width
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.questions import Question
-from planner.mission.recorder import budget_of, needs_holdout, problem_of
+from planner.mission.recorder import budget_of, holdout_for, problem_of
 from planner.mission.replan import Resumed, replanned
+from planner.progress import Progress, silent
 from planner.search.methods import Method
 
 WORK = 0.25  # of the scenario's work that goes into the plan for each answer
@@ -68,6 +69,7 @@ def ask(
     method: Method,
     questions: Sequence[Question],
     targets: Futures,
+    on_progress: Progress = silent,
 ) -> list[Worth]:
     """Return what questions are worth, the surest gain first.
 
@@ -78,7 +80,10 @@ def ask(
     targets
         Fresh ones, with the weights that they have then.
     """
-    found = [_worth(recorder, going_on, method, one, targets) for one in questions]
+    found = []
+    for number, one in enumerate(questions):
+        on_progress(number, len(questions))
+        found.append(_worth(recorder, going_on, method, one, targets))
     return sorted(found, key=lambda one: one.low_s, reverse=True)
 
 
@@ -121,7 +126,7 @@ def _planned(
         opened, recorder.workers, memory=recorder.memory, question=question, answer=answer
     )
     planning = known.planning().futures
-    holdout = known.holdout().futures if needs_holdout(method, opened) else None
+    holdout = holdout_for(method, known)
     if min(len(planning), len(planning if holdout is None else holdout)) < 2:
         return going_on.incumbent.tracks
     budget = budget_of(opened)

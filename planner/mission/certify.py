@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.arrays import Floats
+from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.intervals import lower_limit
@@ -24,6 +25,20 @@ def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Probl
         replace(uav, take_off_s=first_s[number]) for number, uav in enumerate(problem.uavs)
     )
     return problem.replace(uav=uav, others=tuple(others))
+
+
+def refuse_fleet(plan: Plan) -> None:
+    """Do nothing if a plan is one flight, whose certificate is kept in files.
+
+    Raises
+    ------
+    NotApplicableError
+        If it is that of a fleet.
+    """
+    if len(plan.tracks) > 1:
+        raise NotApplicableError(
+            "no files hold the certificate of a fleet yet; `planner compare --bound` bounds it"
+        )
 
 
 def bounds_of_sets(

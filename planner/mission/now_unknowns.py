@@ -62,20 +62,8 @@ class _Drives:
         away_m = np.hypot(*step_m.T)
         self.moves = away_m > STANDS_M  # False for NaN
         self.quarter = np.where(self.moves, _quarter(step_m), -1)
-        self.speed_mps = _driven_m(futures, ends_s) / np.where(
-            ends_s > began_s, ends_s - began_s, 1
-        )
-
-
-def _driven_m(futures: Futures, until_s: Floats) -> Floats:
-    """Return how far each target has driven by a time of its own, (N,) metres."""
-    steps_m = np.hypot(np.diff(futures.x_m), np.diff(futures.y_m))
-    along_m = np.concatenate(([0.0], np.cumsum(steps_m)))
-    driven_m = np.zeros(len(futures))
-    for k, (a, b) in enumerate(zip(futures.first_knot, futures.first_knot[1:], strict=False)):
-        if b > a:
-            driven_m[k] = np.interp(until_s[k], futures.time_s[a:b], along_m[a:b]) - along_m[a]
-    return driven_m
+        lasts_s = np.where(ends_s > began_s, ends_s - began_s, 1.0)
+        self.speed_mps = futures.driven_m(ends_s) / lasts_s
 
 
 def _quarter(step_m: Floats) -> Ints:

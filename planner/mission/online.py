@@ -12,7 +12,7 @@ from planner.futures.futures import Futures
 from planner.futures.record import Note
 from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, needs_holdout
+from planner.mission.recorder import Recorder, holdout_for
 from planner.mission.replan import (
     Replanned,
     Resumed,
@@ -134,5 +134,4 @@ class Mission:
 
     def _particles(self, recorder: Recorder, method: Method) -> tuple[Futures, Futures | None]:
         """Return the particles to plan on, and those to choose on."""
-        needs = needs_holdout(method, recorder.opened)
-        return recorder.planning().futures, recorder.holdout().futures if needs else None
+        return recorder.planning().futures, holdout_for(method, recorder)

@@ -343,6 +343,11 @@ def needs_holdout(method: Method, opened: OpenScenario) -> bool:
     return method.chooses and opened.scenario.search.sampling != "all"
 
 
+def holdout_for(method: Method, recorder: Recorder) -> Futures | None:
+    """Return the particles on which a method chooses between plans; None if it needs none."""
+    return recorder.holdout().futures if needs_holdout(method, recorder.opened) else None
+
+
 def make_plan(
     method: Method,
     opened: OpenScenario,

@@ -8,7 +8,7 @@ from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.futures.none import NO_TARGETS
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, needs_holdout, problem_of
+from planner.mission.recorder import Recorder, holdout_for, problem_of
 from planner.mission.trial import attempted
 from planner.progress import Progress, silent
 from planner.search.methods import Method
@@ -85,6 +85,4 @@ def _alone(opened: OpenScenario, number: int) -> OpenScenario:
 
 def _planned(recorder: Recorder, method: Method) -> Plan:
     planning = recorder.planning().futures
-    needs = needs_holdout(method, recorder.opened)
-    holdout = recorder.holdout().futures if needs else None
-    return attempted(method, recorder, planning, holdout=holdout).plan
+    return attempted(method, recorder, planning, holdout=holdout_for(method, recorder)).plan

@@ -18,6 +18,7 @@ from planner.provenance import sha256_of_file
 from planner.scenario.draft import Draft
 from planner.scenario.traffic import TrafficSection
 
+SHORTEST_STEP_S, LONGEST_STEP_S = 0.01, 10.0  # in between SUMO's vehicles drive sensibly
 # What a scenario's motion may depend on, though it cannot be had.
 MATTERS = ("load-state", "remote-port", "device.fcd-replay.files", "configuration-file")
 
@@ -37,7 +38,8 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
     section = draft.traffic
     if section is None or not section.is_given:
         return None
-    allowed = (draft.folder, *permit.folders)
+    # Absolute: a process elsewhere reads them too.
+    allowed = tuple(folder.absolute() for folder in (draft.folder, *permit.folders))
     given_as, config = _config(section, draft, network, allowed)
     traffic = Traffic(
         given_as=given_as,
@@ -71,32 +73,45 @@ def _config(
     """Return what is taken of a configuration, or of a section as if it were one."""
     if section.sumocfg is None:
         files = {"route-files": section.routes or (), "additional-files": section.additional or ()}
-        paths = {key: tuple(draft.folder / name for name in names) for key, names in files.items()}
+        paths = {key: tuple(allowed[0] / name for name in names) for key, names in files.items()}
         return draft.path, SumoConfig((), paths, ())
-    path = draft.folder / section.sumocfg
+    path = allowed[0] / section.sumocfg
     refuse_outside(path, draft.path, allowed)
     config = read_config(path)
-    begin_s = _begin_s(config, path)
-    if section.at_s < begin_s:
-        raise InputError(
-            f"{path}: begins at {as_written(begin_s)} s, after traffic.at, "
-            f"{as_written(section.at_s)} s; give a later one"
-        )
     for net in config.files.get("net-file", ()):
         refuse_outside(net, path, allowed)
-        if not net.is_file() or sha256_of_file(net) != network.sha256:
-            raise InputError(
-                f"{path}: its net, {net}, is not that of [network]; write net = "
-                f"{as_written(section.sumocfg)} there"
-            )
+        _refuse_other_net(net, network, path, section)
+    begin_s = _time_of(config, "begin", path)
+    if not 0.0 <= begin_s <= section.at_s:
+        raise InputError(
+            f"{path}: begins at {as_written(begin_s)} s, after traffic.at, "
+            f"{as_written(section.at_s)} s, or before 0; give another time"
+        )
+    step_s = _time_of(config, "step-length", path, usual=1.0)
+    if not SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:
+        raise InputError(
+            f"{path}: its step-length is {as_written(step_s)} s; give one from "
+            f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
+        )
     return path, config
 
 
-def _begin_s(config: SumoConfig, path: Path) -> float:
+def _refuse_other_net(
+    net: Path, network: RoadNetwork, config: Path, section: TrafficSection
+) -> None:
+    if not net.is_file() or sha256_of_file(net) != network.sha256:
+        raise InputError(
+            f"{config}: its net, {net}, is not that of [network]; write net = "
+            f"{as_written(section.sumocfg)} there"
+        )
+
+
+def _time_of(config: SumoConfig, name: str, path: Path, *, usual: float = 0.0) -> float:
+    """Return an option that is a time, seconds."""
     try:
-        return seconds(dict(config.options).get("begin", "0"))
+        return seconds(dict(config.options).get(name, usual))
     except InputError as error:
-        raise InputError(f"{path}: begin: {error}") from error
+        raise InputError(f"{path}: {name}: {error}") from error
 
 
 def _demand(section: TrafficSection, draft: Draft) -> Demand | None:

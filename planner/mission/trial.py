@@ -12,11 +12,11 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of
 from planner.search.methods import Method
-from planner.search.own import OwnPlanner
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult
+from planner.user_code import UserFunction
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -29,7 +29,7 @@ class Attempt:
     planned: Evaluation  # on the futures that it was planned with
     took_s: float  # wall-clock time of planning, without compilation
     work_allowed: int  # units of work that it might have done
-    own: OwnPlanner | None = None  # the user's, that made it; None: the program's own
+    own: UserFunction | None = None  # the user's, that made it; None: the program's own
 
     @property
     def plan(self) -> Plan:

@@ -45,7 +45,7 @@ def start_xy(start: UavStart, network: RoadNetwork) -> tuple[float, float]:
 def in_air(uav: Uav, there: InAir, network: RoadNetwork) -> Uav:
     """Return a UAV as it flies on from where it is in the air; it does not climb again."""
     x_m, y_m = start_xy(there.place, network)
-    found = uav.resumed(there.at_s, x_m, y_m)
+    found = replace(uav.resumed(there.at_s, x_m, y_m), in_air=True)
     if there.left_s is not None:
         found = replace(found, max_flight_time_s=there.left_s)
     if uav.aircraft is None:

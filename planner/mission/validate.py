@@ -14,7 +14,7 @@ from planner.arrays import Floats, Ints
 from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
-from planner.intervals import student_point
+from planner.intervals import means_of_runs, student_point
 from planner.streams import stream
 
 COVERED = 0.9  # of what is true, by what is believed
@@ -128,20 +128,18 @@ class _Judge:
         """Compare the cloud and the truths at a time."""
         start_xy_m = _middle(self.cloud)
         believed, true = (
-            driven_m(futures, time_s)
+            futures.driven_m(time_s)
             if measure == "driven"
             else _away_m(futures, time_s, start_xy_m)
             for futures in (self.cloud, self.truths)
         )
         chance = rng.random(len(true))
         covered = self._covered(believed, self.cloud.weight, true, chance)
-        by_run = self._by_run(covered)
-        without = [
-            self._by_run(
-                self._covered(believed[some], self.cloud.weight[some], true, chance)
-            ).mean()
-            for some in self._without_one()
-        ]
+        by_run = means_of_runs(covered, self.run)
+        without = []
+        for some in self._without_one():
+            fewer = self._covered(believed[some], self.cloud.weight[some], true, chance)
+            without.append(float(means_of_runs(fewer, self.run).mean()))
         independent = np.sqrt(COVERED * (1 - COVERED) / len(true))
         coverage = self._effect(by_run, COVERED, without, least=float(independent))
         return Check(measure, time_s, float(by_run.mean()), coverage, self._ratio(believed, true))
@@ -154,7 +152,7 @@ class _Judge:
         mean_m = np.average(believed, weights=weight)
         if mean_m <= 0.0:
             return None
-        by_run = self._by_run(true) / mean_m
+        by_run = means_of_runs(true, self.run) / mean_m
         without = [
             by_run.mean() * mean_m / np.average(believed[some], weights=weight[some])
             for some in self._without_one()
@@ -194,11 +192,6 @@ class _Judge:
         rank = (below[at] + chance * (below[upto] - below[at] + own)) / (below[-1] + own)
         return np.asarray(np.abs(rank - 0.5) <= COVERED / 2, dtype=np.float64)
 
-    def _by_run(self, values: Floats) -> Floats:
-        """Return the mean of the truths of each run, (runs,)."""
-        _, code, count = np.unique(self.run, return_inverse=True, return_counts=True)
-        return np.asarray(np.bincount(code, weights=values) / count)
-
     def _without_one(self) -> list[Ints]:
         """Return the particles without those of one realisation, for each of these in turn."""
         if self.cloud.fates is None:
@@ -206,16 +199,6 @@ class _Judge:
         realisation = self.cloud.fates.realisation
         numbers = np.unique(realisation)
         return [np.flatnonzero(realisation != n) for n in numbers] if len(numbers) > 1 else []
-
-
-def driven_m(futures: Futures, time_s: float) -> Floats:
-    """Return how far each particle has come along its way, (N,) metres."""
-    upto = np.minimum(time_s, futures.end_s)
-    pieces, first = futures.pieces, futures.first_knot
-    lasts_s = np.clip(np.minimum(pieces.to_s, upto[futures.particle]) - pieces.from_s, 0.0, None)
-    metres = np.hypot(pieces.vx_mps, pieces.vy_mps) * lasts_s
-    along_m = np.concatenate(([0.0], np.cumsum(metres)))
-    return np.asarray(along_m[first[1:]] - along_m[first[:-1]])
 
 
 def _middle(cloud: Futures) -> Floats:

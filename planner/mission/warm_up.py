@@ -10,7 +10,7 @@ from planner.errors import NotApplicableError
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
 from planner.mission.guess import planning_guess
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import Recorder, needs_holdout, problem_of
+from planner.mission.recorder import Recorder, holdout_for, problem_of
 from planner.mission.trial import try_method
 from planner.progress import Progress, silent
 from planner.search.methods import METHODS, Method, method_named
@@ -52,7 +52,7 @@ def _plan(method: Method, settings: list[str], bounded: set[Kind]) -> None:
     opened = open_scenario(SCENARIO, overrides=[*SETTINGS, *settings])
     recorder = Recorder(opened, workers=1)
     futures, fresh = recorder.planning().futures, recorder.evaluation(20).futures
-    holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
+    holdout = holdout_for(method, recorder)
     trial = try_method(method, recorder, futures, fresh, holdout=holdout)
     problem = problem_of(opened, futures, method=method)
     problem = problem.replace(uav=replace(problem.uav, take_off_s=trial.plan.take_off_s))

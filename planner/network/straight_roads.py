@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.arrays import first_of_parts
 from planner.network.road_network import RoadNetwork
 
 
@@ -34,7 +35,7 @@ def network_of_roads(
         edge_length_m=np.linalg.norm(xy[end] - xy[start], axis=1),
         edge_limit_mps=np.full(len(roads), limit_mps),
         edge_lanes=np.ones(len(roads), dtype=int),
-        first_turn=np.concatenate(([0], np.cumsum([len(turn) for turn in turns]))),
+        first_turn=first_of_parts(turns),
         turn_edge=np.concatenate(turns) if turns else np.zeros(0, dtype=int),
         path=Path("tiny.net.xml"),
         sha256=hashlib.sha256(repr((dict(nodes), list(roads))).encode()).hexdigest(),

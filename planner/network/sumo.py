@@ -166,6 +166,32 @@ def included_files(file: Path, root: Path, link: Path) -> dict[Path, Path]:
     return found
 
 
+def ended(words: Sequence[str], folder: Path | None = None) -> tuple[int, str]:
+    """Run one of SUMO's programs in a folder; return its exit code, and what it says on stderr.
+
+    Raises
+    ------
+    SumoError
+        If it cannot be run.
+    """
+    sumo_environment()
+    try:
+        running = subprocess.Popen(
+            words,
+            cwd=folder,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            errors="replace",
+        )
+        with undone_if_stopped(running.kill):
+            said = running.communicate()[1]
+    except OSError as error:
+        program = Path(words[0]).name
+        raise SumoError(f"{program} cannot be run: {error.strerror or error}") from error
+    return running.returncode, said
+
+
 def netconvert(
     options: Sequence[str], *, subject: str, links: Mapping[Path, Path] | None = None
 ) -> None:
@@ -187,26 +213,14 @@ def netconvert(
     MemoryError
         If there is no room to run it.
     """
-    sumo_environment()
-    try:
-        running = subprocess.Popen(
-            [str(binary("netconvert")), *options],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            encoding="utf-8",
-            errors="replace",
-        )
-        with undone_if_stopped(running.kill):
-            said = running.communicate()[1]
-    except OSError as error:
-        raise SumoError(f"netconvert cannot be run: {error.strerror or error}") from error
+    code, said = ended([str(binary("netconvert")), *options])
     for file, link in (links or {}).items():
         said = said.replace(str(link), str(file))
-    if running.returncode < 0:
-        raise SumoError(f"netconvert died of signal {-running.returncode} on {subject}")
-    if running.returncode > 0 and is_short_of_memory(said):
+    if code < 0:
+        raise SumoError(f"netconvert died of signal {-code} on {subject}")
+    if code > 0 and is_short_of_memory(said):
         raise MemoryError(_reason(said))
-    if running.returncode > 0:
+    if code > 0:
         raise InputError(f"{subject}: netconvert refuses it: {_reason(said)}")
     if said.strip():
         log.debug("netconvert on %s: %s", subject, said.strip())

@@ -55,10 +55,11 @@ def _about(run: Shown) -> str:
     """Return one line on who searches, from when on."""
     uavs = run.problem.uavs
     speeds = sorted({uav.speed_mps for uav in uavs})
+    begins = "flies on" if uavs[0].in_air else "takes off"
     said = [
         f"{counted(len(uavs), 'drone')}, {' and '.join(f'{mps:g}' for mps in speeds)} m/s",
         f"sees {length(run.radius_m)}",
-        f"takes off {run.clock.at(run.plan.take_off_s)}",
+        f"{begins} {run.clock.at(run.plan.take_off_s)}",
     ]
     if run.clock.sighted_at is not None:
         said.insert(0, f"last seen {run.clock.at(0.0)}")

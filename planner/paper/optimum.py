@@ -8,7 +8,7 @@ from typing import Any
 from planner.bounds.certificate import Effort, certified, gap_of
 from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
-from planner.mission.recorder import Recorder, make_plan, needs_holdout, problem_of
+from planner.mission.recorder import Recorder, holdout_for, make_plan, problem_of
 from planner.search.methods import method_named
 from planner.search.stop import WorkDone
 
@@ -29,7 +29,7 @@ def optimum_of(condition: Condition) -> dict[str, Any]:
     values = {}
     for name in COMPARED:
         method = method_named(name)
-        holdout = recorder.holdout().futures if needs_holdout(method, opened) else None
+        holdout = holdout_for(method, recorder)
         problem = problem_of(opened, futures, method=method)
         plan = make_plan(method, opened, recorder, futures, holdout=holdout).plan
         flown = evaluate(plan.tracks, futures, problem.sensor, problem.objective)

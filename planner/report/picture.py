@@ -258,7 +258,8 @@ def _flight_note(problem: Problem, view: View) -> str:
         offset = start - roads[np.argmin(np.linalg.norm(roads - start, axis=1))]
         side = compass.words(float(np.degrees(np.arctan2(offset[0], offset[1]))))
         where = f"{length(float(np.hypot(*offset)))} {side} of the net"
-    return f"UAV takes off at {clock(uav.take_off_s)}, {where};"
+    begins = "flies on" if uav.in_air else "takes off"
+    return f"UAV {begins} at {clock(uav.take_off_s)}, {where};"
 
 
 def _key(plan: Plan, until_s: float | None) -> str:

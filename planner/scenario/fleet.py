@@ -1,7 +1,6 @@
 """The UAVs of a scenario: one table [uav], or a list of tables [[uav]]; and at which heights."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from planner.errors import Fault
@@ -24,11 +23,9 @@ def uav_tables(said: Any) -> list[tuple[str, Any]]:
     return [(f"uav[{number}]", table) for number, table in enumerate(said)]
 
 
-def named_for(key: str, faults: Sequence[Fault] | Iterator[Fault]) -> Iterator[Fault]:
+def named_for(key: str, faults: Iterable[Fault]) -> Iterator[Fault]:
     """Yield faults of a UAV with its own key, wherever they name ``uav``."""
-    for fault in faults:
-        own = replace(fault, text=fault.text.replace("uav.", f"{key}."))
-        yield replace(own, key=key + fault.key[3:]) if fault.is_about("uav") else own
+    return (fault.renamed("uav", key) for fault in faults)
 
 
 def with_heights(said: Sequence[Any], full: Sequence[Any], usual_m: float) -> list[Any]:
@@ -47,19 +44,23 @@ def with_heights(said: Sequence[Any], full: Sequence[Any], usual_m: float) -> li
         The height of an aircraft that says none.
     """
     tables = [dict(table) if isinstance(table, dict) else table for table in full]
-    taken = [
-        float(one[ALTITUDE])
-        for one in said
-        if isinstance(one, dict) and isinstance(one.get(ALTITUDE), int | float)
-    ]
+    taken = [height for one in said if (height := _height_m(one)) is not None]
     for one, table in zip(said, tables, strict=True):
         if not isinstance(one, dict) or ALTITUDE in one:
+            continue  # it is said, or for others to refuse
+        height_m = _height_m({ALTITUDE: usual_m, **table})
+        if height_m is None:
             continue
-        height_m = table.get(ALTITUDE, usual_m)
-        if not isinstance(height_m, int | float):
-            continue  # for others to refuse
-        while any(abs(height_m - other_m) < APART_M for other_m in taken):
-            height_m += APART_M
-        table[ALTITUDE] = height_m
-        taken.append(float(height_m))
+        above = (height_m + APART_M * number for number in range(2 * len(taken) + 1))
+        free = [m for m in above if all(abs(m - other_m) >= APART_M for other_m in taken)]
+        # Each of the others keeps two of these heights from being free, at most.
+        table[ALTITUDE] = min(free, default=height_m)
+        taken.append(table[ALTITUDE])
     return tables
+
+
+def _height_m(table: Any) -> float | None:
+    """Return the height that a table says, None if it says none that is a number."""
+    height_m = table.get(ALTITUDE) if isinstance(table, dict) else None
+    is_number = isinstance(height_m, int | float) and not isinstance(height_m, bool)
+    return height_m if is_number else None

@@ -42,6 +42,7 @@ LAST = 3  # times the budget that beams may take; the last one begins within it,
 # Of one more beam along roads, and the work from which on it pays: on the paper's grid at unequal
 # speeds and from anywhere it finds plans 1.3 to 1.5 % better, elsewhere as good ones.
 WIDE, WIDE_FROM = 2560, 800_000
+TOUR = 0.75  # share of all work that goes into a latency tour, where targets rest
 POLISH = 0.25  # share of a round's work that goes into polishing
 # A sensor that may miss: share of the work that goes into plans for it, after that for a plan as if
 # it were perfect, which takes a tenth of the time per unit; widths of the first beam and of its
@@ -161,6 +162,9 @@ def _orders(
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
     yield order, 0
+    if is_latency(problem):
+        order, work = with_less_waiting(problem, order, int(TOUR * budget.work), rng)
+        yield order, work
     yield random_order(problem, budget, rng), 0
     growth, before, spent, left = 1, 0, 1, LAST * budget.work
     # A wider beam that flies no more than the one before has little left to try.
@@ -173,14 +177,10 @@ def _orders(
             left -= work
             yield order, work
         share = max(1, int(POLISH * spent))
-        mended = polished(engine, order, share, rng, stop=log.stop)
-        yield mended, share
-        if growth == 1:
-            if is_latency(problem):
-                yield with_less_waiting(problem, mended, budget.work, rng)
-            if budget.work >= WIDE_FROM:
-                wide = beam_of(problem, WIDE)
-                yield beam_order(engine, wide, reward_to_go, stop=log.stop, most=left)
+        yield polished(engine, order, share, rng, stop=log.stop), share
+        if growth == 1 and budget.work >= WIDE_FROM:
+            wide = beam_of(problem, WIDE)
+            yield beam_order(engine, wide, reward_to_go, stop=log.stop, most=left)
         growth *= WIDER
 
 

@@ -60,6 +60,7 @@ class Clause:
     broken: Callable[[Case], str | None] = field(repr=False)  # what is wrong; None: it is kept
     remedy: str
     is_advice: bool = False  # whether a planner may break it and still be one
+    ends: bool = False  # whether nothing else can be asked of a plan that breaks it
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def breaches(
                 break
             if said is not None:
                 yield Breach(name, clause, said)
-                if clause is CLAUSES[0]:
+                if clause.ends:
                     break
 
 
@@ -204,7 +205,7 @@ def _no_better(case: Case) -> str | None:
 
 
 CLAUSES = (
-    Clause("a flight that the UAV can fly", _unsound, BY_PLAN),
+    Clause("a flight that the UAV can fly", _unsound, BY_PLAN, ends=True),
     Clause(
         "the same stream gives the same plan",
         _by_chance,

@@ -15,9 +15,10 @@ import numpy as np
 
 from planner.detection.evaluate import evaluate_all
 from planner.detection.survival import Searched
-from planner.flight.plan import FlownLeg, Plan, Sortie
+from planner.flight.plan import Plan, Sortie
 from planner.flight.separation import Course, course_of, delay_s
 from planner.flight.track import Track
+from planner.flight.uav import Uav
 from planner.search.beam import RewardToGo, is_small
 from planner.search.joint_beam import JointBeam, joint_orders
 from planner.search.methods import Planner
@@ -39,8 +40,12 @@ class Flight:
 
     sortie: Sortie
     problem: Problem  # that it was planned for, but for what others fly
-    track: Track
-    legs: tuple[FlownLeg, ...]
+    plan: Plan  # of it alone
+
+    @property
+    def track(self) -> Track:
+        """Where it is when."""
+        return self.plan.tracks[0]
 
     @property
     def searched(self) -> Searched:
@@ -54,8 +59,7 @@ class Flight:
 
     def later(self, by_s: float) -> "Flight":
         """Return the same flight begun later."""
-        legs = tuple(one.later(by_s) for one in self.legs)
-        return replace(self, track=self.track.later(by_s), legs=legs)
+        return replace(self, plan=self.plan.later(by_s))
 
 
 Flights = tuple[Flight, ...]  # by take-off
@@ -127,9 +131,9 @@ class _Search:
         """Return the best plan."""
         flights = sorted(self._best, key=lambda one: one.sortie)
         plan = Plan(
-            method=self._method,
+            method=flights[0].plan.method,
             tracks=tuple(one.track for one in flights),
-            legs=tuple(one.legs for one in flights),
+            legs=tuple(one.plan.legs[0] for one in flights),
             sorties=tuple(one.sortie for one in flights),
         )
         return self.log.result(plan)
@@ -164,23 +168,27 @@ class _Search:
 
     def _planned(self, sortie: Sortie, take_off_s: float, others: Flights, share: float) -> Flight:
         """Return a flight beside others; it lands before the same UAV takes off once more."""
-        problem = self._problems[sortie.uav]
-        uav = replace(problem.uav, take_off_s=take_off_s)
+        uav = self._uav(sortie, take_off_s, others)
+        flown = tuple(one.searched for one in others)
+        problem = self._problems[sortie.uav].replace(uav=uav, flown=flown)
+        work = max(1, int(share * self._budget.work))
+        part = self._budget.part(work, after=self._done)
+        found = self._planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
+        self._done += found.work or 0
+        return Flight(sortie, problem, found.plan)
+
+    def _uav(self, sortie: Sortie, take_off_s: float, others: Flights) -> Uav:
+        """Return a UAV as it takes off, from home if it has flown before, until it has to land."""
+        uav = replace(self._problems[sortie.uav].uav, take_off_s=take_off_s)
         if sortie.number and uav.return_to_m is not None:
             uav = replace(uav, x_m=uav.return_to_m[0], y_m=uav.return_to_m[1])
         for one in others:
             if one.sortie == Sortie(sortie.uav, sortie.number + 1):
                 kept_s = 0.0 if uav.aircraft is None else uav.aircraft.reserve_s
-                may_s = float(one.track.time_s[0]) - uav.swap_s - take_off_s + kept_s
+                may_s = one.plan.take_off_s - uav.swap_s - take_off_s + kept_s
                 lasts_s = min(uav.max_flight_time_s, max(0.0, may_s))
                 uav = replace(uav, max_flight_time_s=lasts_s)
-        problem = problem.replace(uav=uav, flown=tuple(one.searched for one in others))
-        work = max(1, int(share * self._budget.work))
-        part = self._budget.part(work, after=self._done)
-        found = self._planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
-        self._done += found.work or 0
-        (track,), (legs,), self._method = found.plan.tracks, found.plan.legs, found.plan.method
-        return Flight(sortie, problem, track, legs)
+        return uav
 
     def _apart(self, flight: Flight, others: Flights) -> Flight:
         """Return a flight that keeps apart from others: planned for a later take-off if need be."""
@@ -199,7 +207,7 @@ class _Search:
                 if self.log.stop():
                     return flights
                 others = tuple(one for one in flights if one is not flight)
-                again = self._planned(flight.sortie, float(flight.track.time_s[0]), others, AGAIN)
+                again = self._planned(flight.sortie, flight.plan.take_off_s, others, AGAIN)
                 if self._apart(again, others) is not again:
                     continue
                 tried = tuple(again if one is flight else one for one in flights)
@@ -218,21 +226,24 @@ class _Search:
         return free and once and not self._budget.free and is_small(problems[0])
 
     def _together(self, beam: JointBeam, known: Flights) -> Flights:
-        """Return flights that a joint beam finds, with what usually comes as in known ones."""
+        """Return flights that a joint beam finds, with what usually comes as in known ones.
+
+        It takes the sensor to be perfect; how each flight goes on then reckons with misses.
+        """
         problems = self._problems
-        outlook = RewardToGo.of_flights(problems[0], [flight.track for flight in known])
-        orders, work = joint_orders(problems, beam, outlook, stop=self.log.stop)
+        blind = [one.replace(sensor=replace(one.sensor, rate_per_s=np.inf)) for one in problems]
+        outlook = RewardToGo.of_flights(blind[0], [flight.track for flight in known])
+        orders, work = joint_orders(blind, beam, outlook, stop=self.log.stop)
         self._done += work
-        legs_of = zip(problems, orders, strict=True)
+        method, pairs = known[0].plan.method, [*zip(problems, orders, strict=True)]
         alone = [
             Searched(plan_of_legs(problem, "", order).tracks[0], problem.sensor)
-            for problem, order in legs_of
+            for problem, order in pairs
         ]
         flights = Flights()
-        for number, (problem, order) in enumerate(zip(problems, orders, strict=True)):
+        for number, (problem, order) in enumerate(pairs):
             flown = tuple(one for k, one in enumerate(alone) if k != number)
             beside = problem.replace(flown=flown)
-            plan = plan_of_legs(beside, self._method, with_patrol(beside, order))
-            (track,), (legs,) = plan.tracks, plan.legs
-            flights += (self._apart(Flight(Sortie(number), beside, track, legs), flights),)
+            plan = plan_of_legs(beside, method, with_patrol(beside, order))
+            flights += (self._apart(Flight(Sortie(number), beside, plan), flights),)
         return flights

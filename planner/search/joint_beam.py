@@ -101,7 +101,7 @@ class _Flyer:
 
     @property
     def kind(self) -> tuple[float, ...]:
-        """What it can do, which it may share with others."""
+        """What it can do, which it may share with others: all that matters to a perfect sensor."""
         uav, sensor = self.problem.uav, self.problem.sensor
         home_m = (np.inf, np.inf) if uav.return_to_m is None else uav.return_to_m
         return (uav.speed_mps, uav.landing_s, *home_m, float(sensor.radius_m))

@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.detection.evaluate import evaluate
+from planner.search.kernels.latency import Stops, least_waiting
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 
@@ -51,8 +52,6 @@ def with_less_waiting(
     work
         At most so many units, but for the first descent.
     """
-    from planner.search.kernels.latency import Stops, least_waiting
-
     flown, waited_s, weight = _first_seen(problem, order)
     ways = np.stack([flown, flown ^ 1], axis=1).ravel()  # each stop, and the other way round
     if len(flown) < 2:

@@ -10,9 +10,9 @@ from planner.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from planner.search.own import OwnPlanner
     from planner.search.problem import Budget, Problem
     from planner.search.result import SearchResult
+    from planner.user_code import UserFunction
 
 
 class Planner(Protocol):
@@ -41,7 +41,7 @@ class Method:
     is_pattern: bool = False  # what a pilot flies without a planner
     for_misses: bool = False  # plans for a sensor that may miss; else as if it were perfect
     teams: bool = False  # plans a fleet's flights together as well as one after the other
-    own: "OwnPlanner | None" = None  # whose file it comes from; None: the program's own
+    own: "UserFunction | None" = None  # whose file it comes from; None: the program's own
 
 
 def _exhaustive() -> Planner:
@@ -301,9 +301,9 @@ def method_named(name: str, folder: Path = Path()) -> Method:
         if method.name == name:
             return method
     if ".py:" in str(name):
-        from planner.search.own import own_planner
+        from planner.user_code import UserFunction
 
-        return method_of(own_planner(name, folder))
+        return method_of(UserFunction.of(name, folder))
     names = ", ".join(method.name for method in METHODS)
     raise InputError(
         f"method {name!r} is unknown; choose one of {names}, or a planner of your own as "
@@ -311,16 +311,22 @@ def method_named(name: str, folder: Path = Path()) -> Method:
     )
 
 
-def method_of(own: "OwnPlanner") -> Method:
+def method_of(own: "UserFunction") -> Method:
     """Return a user's own planner as a method, which gets whatever `best` gets.
 
     It may be stopped early, as it is given ``budget.stop``; how long it takes is unknown.
     """
+
+    def load() -> Planner:
+        from planner.search.own import loaded
+
+        return loaded(own)
+
     return Method(
         own.name,
         "a planner of your own",
         True,
-        own.load,
+        load,
         chooses=True,
         stops=True,
         is_sized=False,

@@ -36,7 +36,7 @@ def test_the_page_s_planner_keeps_the_contract(
     said = run("check-planner", f"{nearest}:nearest")
     assert said.code == 1
     assert "broken: a flight that the UAV can fly" in said.out
-    assert "returned a int, no SearchResult" in said.out
+    assert "all problems: returned a int, no SearchResult" in said.out
     assert "remedy: " in said.out
     said = run("check-planner", f"{nearest}:farthest")
     assert (said.code, said.err.count("\n")) == (2, 1)

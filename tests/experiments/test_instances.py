@@ -38,7 +38,8 @@ def test_there_are_enough_and_each_is_sound(instances: list[Instance]) -> None:
         assert one.low_s < one.value_s < one.high_s
         assert one.bound is not None
         assert 0.0 < one.bound.bound_s <= one.bound.planned_s + 0.1
-        assert (one.bound.plan_class == "free") == bool(one.bound.note)
+        is_free = one.bound.plan_class == "free"
+        assert is_free == bool(one.bound.note or one.stops)
 
 
 def test_a_bound_is_for_roads_or_for_any_flight(

@@ -242,6 +242,58 @@ def test_what_no_uav_can_fly_is_refused(change: Any, told: str) -> None:
         SCORER["score"](about, plan, columns)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{}",
+        "[]",
+        "3",
+        '{"uavs": 3}',
+        '{"uavs": []}',
+        '{"uavs": [{}]}',
+        '{"uavs": [{"waypoints": []}]}',
+        '{"uavs": [{"waypoints": [1, 2, 3]}]}',
+        '{"uavs": [{"waypoints": [[1, 2]]}]}',
+        '{"uavs": [{"waypoints": [["a", 2, 3]]}]}',
+    ],
+)
+def test_a_plan_that_is_none_is_told_in_words(text: str) -> None:
+    about, columns = read_test()
+    with pytest.raises(ValueError, match="should hold"):
+        SCORER["score"](about, json.loads(text), columns)
+
+
+@pytest.mark.parametrize("text", [None, "{", "{}"])
+def test_the_scorer_ends_with_one_line(
+    tmp_path: Path,
+    text: str | None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    plan = tmp_path / "mine.json"
+    if text is not None:
+        plan.write_text(text)
+    for folder, named in ((TEST, str(plan)), (tmp_path, f"{tmp_path}: is no folder")):
+        monkeypatch.setattr(sys, "argv", ["score.py", str(folder), str(plan)])
+        with pytest.raises(SystemExit) as ended:
+            SCORER["main"]()
+        assert ended.value.code == 2
+        assert named in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_one_future_tells_little() -> None:
+    about, columns = read_test()
+    end = columns["first_knot"][1]
+    one = {name: columns[name][:end] for name in ("time_s", "x_m", "y_m")}
+    one |= {
+        "first_knot": columns["first_knot"][:2],
+        "weight": np.ones(1),
+        "gone": np.zeros(1, bool),
+    }
+    found = SCORER["score"](about, FLIGHTS[0], one)
+    assert found["ci95_s"] == [-math.inf, math.inf]
+
+
 def test_rounding_keeps_times_rising() -> None:
     time_s = np.array([0.0, 5000.0, 5000.00001, 6000.0, 1.0, 2.0])
     futures = Futures(

@@ -9,7 +9,7 @@ import pytest
 
 from planner.errors import InputError, ScenarioError
 from planner.futures import workers
-from planner.futures.sumo_config import read_config
+from planner.futures.sumo_config import DEVICES, NAMES, read_config
 from planner.futures.traffic import Permit, realisation_seed
 from planner.guard import xml_elements
 from planner.mission.opening import open_scenario
@@ -108,6 +108,9 @@ def test_options_that_are_taken_move_vehicles_and_nothing_else(tmp_path: Path) -
     for name in ("step-length", "lateral-resolution", "default.speeddev", "scale", "tls.all-off"):
         assert name in taken
     assert len(taken) > 150
+    assert taken >= set(NAMES)
+    page = (Path(__file__).parents[2] / "docs" / "scenario.md").read_text()
+    assert f"| devices | {', '.join(DEVICES)}: " in page
 
 
 @pytest.mark.parametrize("file", ["cars.rou.xml.gz", "stops.add.xml", "bus.rou.xml", "more.xml"])
@@ -242,3 +245,12 @@ def test_bologna_runs_as_it_is(tmp_path: Path) -> None:
     assert seen_of(config.parent) == before
     assert 500 < found.warm.vehicles < 700
     assert found.buses > 0
+
+
+def test_paths_are_the_same_from_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_traffic(tmp_path / "own")
+    monkeypatch.chdir(tmp_path)
+    opened = traffic_at(Path("own"), Permit((Path(),)))
+    assert opened.traffic is not None
+    paths = [*opened.traffic.routes, *opened.traffic.allowed, opened.traffic.given_as]
+    assert all(path.is_absolute() for path in (*paths, *dict(opened.traffic.files)))

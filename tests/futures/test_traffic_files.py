@@ -155,6 +155,9 @@ REFUSED = {
     "walkers elsewhere": ({"config": '<pedestrian.model value="remote"/>'}, "on the network"),
     "the environment": ({"config": '<scale value="${HOME}"/>'}, r"without \$"),
     "no file": ({"stops": '<include href="nothing.xml"/>'}, "cannot be read"),
+    "a begin before 0": ({"config": '<begin value="-1"/>'}, "begins at -1 s, .* or before 0"),
+    "no step": ({"config": '<step-length value="0"/>'}, "step-length is 0 s; give one from 0.01"),
+    "a long step": ({"config": '<step-length value="1e9"/>'}, "its step-length is 1"),
     "no time": ({"config": '<begin value="soon"/>'}, r"run.sumocfg: begin: should be seconds or"),
     "a late begin": ({"config": '<b value="0:02:00"/>'}, "begins at 120 s, after traffic.at, 60 s"),
 }

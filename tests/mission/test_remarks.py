@@ -33,5 +33,6 @@ def test_few_particles_for_many_roads() -> None:
     (few,) = scenario_remarks(open_scenario("grid5x5", overrides=overrides))
     assert few.startswith("search.particles: 1,700 are few for 60 roads")
     assert "1,800 or more" in few
-    every = [*overrides, "search.sampling=all"]
+    known = ["target.distance_m={ constant = 0 }", "target.speed_mps={ constant = 20 }"]
+    every = [*overrides, *known, "search.sampling=all"]
     assert scenario_remarks(open_scenario("grid5x5", overrides=every)) == []

@@ -9,7 +9,7 @@ from planner.arrays import Floats, Ints
 from planner.errors import InputError
 from planner.futures.fates import Fates
 from planner.futures.futures import Futures
-from planner.mission.validate import Validation, driven_m, validated
+from planner.mission.validate import Validation, validated
 
 HORIZON_S = 800.0
 
@@ -102,5 +102,5 @@ def test_driven_is_along_the_way() -> None:
         weight=[1.0],
         gone=[False],
     )
-    driven = [driven_m(futures, at_s)[0] for at_s in (0.0, 5.0, 10.0, 25.0, 35.0, 90.0)]
+    driven = [futures.driven_m(at_s)[0] for at_s in (0.0, 5.0, 10.0, 25.0, 35.0, 90.0)]
     assert driven == pytest.approx([0.0, 0.0, 50.0, 150.0, 200.0, 200.0])

@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.arrays import Floats
-from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -16,7 +14,7 @@ from planner.search.joint_beam import JointBeam, joint_orders
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
 from support.instances import figure3, grid, physics_futures
-from support.search_instances import driven, orders
+from support.search_instances import driven, most_together, seen_by_order
 
 ALL = JointBeam(width=10**6, first_width=10**6)
 
@@ -38,27 +36,9 @@ def on_three_by_three(seed: int) -> Problem:
     return Problem(net, driven(net, rng, 30), uav, Sensor(250.0), Objective(170.0))
 
 
-def seen_by(problem: Problem, order: Sequence[int]) -> Floats:
-    """When a flight along an order sees each particle."""
-    tracks = plan_of_legs(problem, "", order).tracks
-    return evaluate(tracks, problem.futures, problem.sensor, problem.objective).seen_at
-
-
-def most_together(problems: Sequence[Problem]) -> float:
-    """Return what the best pair of all orders of two UAVs earns: every pair is flown."""
-    first, second = (
-        np.array([seen_by(problem, order) for order in orders(problem, [])]) for problem in problems
-    )
-    problem = problems[0]
-    return max(
-        float((problem.objective.reward(np.minimum(one, second)) @ problem.futures.weight).max())
-        for one in first
-    )
-
-
 def earned(problems: Sequence[Problem], found: Sequence[Sequence[int]]) -> float:
     """Return what orders earn together."""
-    seen = [seen_by(problem, order) for problem, order in zip(problems, found, strict=True)]
+    seen = [seen_by_order(problem, order) for problem, order in zip(problems, found, strict=True)]
     problem = problems[0]
     return float(problem.objective.reward(np.min(seen, axis=0)) @ problem.futures.weight)
 

@@ -10,8 +10,9 @@ from planner.errors import InputError, NotApplicableError
 from planner.search.contract import BUDGET, CLAUSES, breaches
 from planner.search.contract_problems import PROBLEMS
 from planner.search.methods import method_named
-from planner.search.own import own_planner
+from planner.search.own import loaded
 from planner.search.result import SearchResult
+from planner.user_code import UserFunction
 
 HEAD = """\
 import numpy as np
@@ -81,15 +82,15 @@ def test_it_is_a_method_by_its_file_and_its_digest(tmp_path: Path) -> None:
     made = method.load()(problem, budget=BUDGET, rng=np.random.default_rng(1))
     assert isinstance(made, SearchResult)
     assert made.plan.method == "mine.py:f"
-    own = own_planner("mine.py:f", tmp_path)
+    own = UserFunction.of("mine.py:f", tmp_path)
     assert own == method.own
     assert str(tmp_path) not in repr(own.as_dict())
     written(tmp_path, "def f(problem, budget, rng): return None")
-    assert own_planner(text) != own
-    assert own_planner(text).load() is not None
+    assert UserFunction.of(text) != own
+    assert loaded(UserFunction.of(text)) is not None
     (tmp_path / "mine.py").write_text("# another one")
     with pytest.raises(InputError, match="has changed since it was asked for"):
-        own_planner(text).__class__("mine.py", "f", "0" * 64, tmp_path / "mine.py").load()
+        loaded(UserFunction("mine.py", "f", "0" * 64, tmp_path / "mine.py"))
 
 
 @pytest.mark.parametrize("text", FAULTS)

@@ -1,11 +1,12 @@
 """Random problems for the planners: curved roads, targets on and off them, states in between."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from planner.arrays import Floats
+from planner.detection.evaluate import evaluate
 from planner.detection.first_detection import first_detection
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -114,3 +115,22 @@ def orders(problem: Problem, order: list[int]) -> Iterator[list[int]]:
             longer = [*order, leg]
             if len(plan_of_legs(problem, "", longer).legs[0]) == len(longer):
                 yield from orders(problem, longer)
+
+
+def seen_by_order(problem: Problem, order: Sequence[int]) -> Floats:
+    """When a flight along an order sees each particle."""
+    tracks = plan_of_legs(problem, "", order).tracks
+    return evaluate(tracks, problem.futures, problem.sensor, problem.objective).seen_at
+
+
+def most_together(problems: Sequence[Problem]) -> float:
+    """Return what the best pair of all orders of two UAVs earns: every pair is flown."""
+    first, second = (
+        np.array([seen_by_order(problem, order) for order in orders(problem, [])])
+        for problem in problems
+    )
+    problem = problems[0]
+    return max(
+        float((problem.objective.reward(np.minimum(one, second)) @ problem.futures.weight).max())
+        for one in first
+    )

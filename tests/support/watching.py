@@ -4,6 +4,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from planner.futures.rider import OURS
+
 FILE = "WATCHED"  # the variable that names the file
 
 
@@ -15,7 +17,7 @@ def _write(said: str) -> None:
 def arrivals(libsumo: Any) -> None:
     """Write who has arrived in the step before, but for particles."""
     names = libsumo.simulation.getArrivedIDList()
-    _write(str(sum(not name.startswith("rider") for name in names)))
+    _write(str(sum(not name.startswith(OURS) for name in names)))
 
 
 def lights(libsumo: Any) -> None:

@@ -124,8 +124,7 @@ def alarm_rows(
     """Measure planning anew after false alarms against the plan flown late, and a slowed one."""
     horizon_s = flight.problem.objective.horizon_s
     gaps = [ALARMS.gaps_s(horizon_s, stream(SEED, "alarms", k)) for k in range(sequences)]
-    args = (flight.recorder, flight.plan, flight.method, flight.targets, gaps, ALARMS.lasts_s)
-    found = compared(*args)
+    found = compared(flight.mission(), flight.targets, gaps, ALARMS.lasts_s)
     order = [leg.leg for leg in slowed.plan.legs[0]]
     route = plan_of_legs(flight.problem, "slowed", order)
     fixed_s = tuple(

@@ -13,11 +13,13 @@ import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.figures import Figure, machine, show
+from benchmarks.fleet import fleet_rows
 from planner import (
     Futures,
     OpenScenario,
@@ -170,7 +172,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     wanted = parser.parse_args(argv)
     host, figures = machine(), []
     for u0_km in wanted.only or DISTANCES_KM:
-        for figure in misses(u0_km, wanted.seeds, wanted.targets):
+        judges = fresh(_opened(u0_km, 1, 1.0), wanted.targets)
+        fleets = fleet_rows(u0_km, wanted.seeds, judges)
+        for figure in chain(misses(u0_km, wanted.seeds, wanted.targets), fleets):
             print(f"{u0_km} km: {figure.what}: {figure.median:,.4g}", file=sys.stderr, flush=True)
             figures.append((f"{u0_km} km", figure))
     show(figures, host)

@@ -7,7 +7,6 @@ python tools/benchmark.py --traffic [--only riders]
 """
 
 import argparse
-import os
 import resource
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks import traffic_cases
 from benchmarks.cold import empty_cache, nothing_recorded
 from benchmarks.figures import Figure, machine, show
 from planner import OpenScenario, Recorder, open_scenario, sample, stream
@@ -41,27 +41,11 @@ BERLIN = (
     "target.start={ x_m = 1492.6, y_m = 671.7, radius_m = 150 }",
     "search.horizon_s=1200",
 )
-BOLOGNA = """
-[network]
-net = "acosta_buslanes.net.xml"
-[traffic]
-sumocfg = "run.sumocfg"
-at = 1200
-realisations = 2
-depart_offset_s = 300
-[target]
-start = { x_m = 900, y_m = 700, radius_m = 300 }
-speed_mps = { uniform = [11, 15] }
-driving = "traffic"
-[uav]
-start = { x_m = 0, y_m = 0 }
-speed_mps = 25
-[sensor]
-radius_m = 60
-[search]
-horizon_s = 1200
-particles = 100
-"""
+BOLOGNA = (
+    "traffic.at=1200",
+    "traffic.realisations=2",
+    "target.start={ x_m = 900, y_m = 700, radius_m = 300 }",
+)
 
 
 def berlin(per_hour: float, *more: str) -> OpenScenario:
@@ -72,14 +56,8 @@ def berlin(per_hour: float, *more: str) -> OpenScenario:
 
 def bologna(folder: Path) -> OpenScenario | None:
     """Return Bologna's rush hour as a scenario in a folder; None where its data are not."""
-    data = Path(os.environ.get("PLANNER_DATA", "data"), "bologna_acosta")
-    if not data.is_dir():
-        print(f"Bologna is left out: there is no folder {data}", file=sys.stderr)
-        return None
-    for file in data.iterdir():
-        (folder / file.name).write_bytes(file.read_bytes())
-    (folder / "scenario.toml").write_text(BOLOGNA)
-    return open_scenario(folder / "scenario.toml")
+    path = traffic_cases.bologna(folder, 100)
+    return None if path is None else open_scenario(path, overrides=BOLOGNA)
 
 
 # How far riders slow each other
