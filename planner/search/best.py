@@ -48,7 +48,7 @@ POLISH = 0.25  # share of a round's work that goes into polishing
 # it were perfect, which takes a tenth of the time per unit; widths of the first beam and of its
 # successors; and in dense nets, where near-twins fill a beam (the same roads in another order), how
 # many orders of some beams go on from the same node.
-FOR_MISSES, FIRST_WIDTH, GROWTH, DIVERSE = 0.2, 5, 3, 2
+FOR_MISSES, FIRST_WIDTH, GROWTH, DIVERSE = 0.2, 3, 8, 2
 # Where the movement is free: shares of all work that go into orders of roads, before it, and on
 # abstract nets, where roads are long, into the annealing of what is best, after it.
 ROADS, POLISH_FREE = 0.1, 0.8

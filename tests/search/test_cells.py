@@ -19,6 +19,7 @@ from planner.flight.uav import Uav
 from planner.search.cell_beam import cells, free_plans
 from planner.search.cell_flights import CellBeam, Cells, fly_beam
 from planner.search.dashes import dashes, portfolio
+from planner.search.kernels.cell_beam import nobody_seen
 from planner.search.kernels.cell_index import SEEN, look
 from planner.search.kernels.motion import Course
 from planner.search.plan import plan_of_waypoints
@@ -61,10 +62,11 @@ def test_a_flight_sees_whom_detection_sees(seed: int) -> None:
     searched_s = problem.objective.ends_s - problem.uav.take_off_s
     from_s = problem.uav.take_off_s + float(rng.uniform(0.0, 0.95 * max(searched_s, 0.0)))
     to_s = min(from_s + float(rng.exponential(150.0)), max(problem.objective.ends_s, from_s))
-    seen_in = np.zeros(len(problem.futures), np.int32)
+    looked = nobody_seen(len(problem.futures), False)
+    seen_in = looked.seen_in
     already = rng.random(len(seen_in)) < 0.2
     seen_in[already] = SEEN
-    gain = look(Course(x_m, y_m, vx, vy, from_s), Window(from_s, to_s), index, seen_in, 7)
+    gain = look(Course(x_m, y_m, vx, vy, from_s), Window(from_s, to_s), index, looked, 7)
 
     time_s, lasts_s = np.array([from_s, to_s]), to_s - from_s
     places = np.array([x_m, x_m + vx * lasts_s]), np.array([y_m, y_m + vy * lasts_s])
