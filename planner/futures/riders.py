@@ -79,7 +79,7 @@ def ride_in_traffic(session: TrafficSession, *, forks: bool = CAN_FORK) -> Itera
     with temporary_folder() as folder:
         (work := folder / "sumo").mkdir()
         with (
-            own_message(folder / "errors.txt", work / "net.xml", session.given_as),
+            own_message(folder / "errors.txt", session.net, session.given_as),
             (_forking if forks else _loading)(session, work) as copy,
         ):
             yield from _each(session, copy)

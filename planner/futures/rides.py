@@ -84,7 +84,7 @@ def drive_session(session: Session, *, forks: bool = CAN_FORK) -> list[Ride]:
     drive = _in_forks if forks else _in_fresh_loads
     with temporary_folder() as work:
         link = plain_link(session.net, work)
-        with own_message(work / "errors.txt", link, session.given_as):
+        with own_message(work / "errors.txt", session.net, session.given_as):
             rides = dict(drive(session, link, order))
     return [rides[k] for k in range(len(session.vehicles))]
 

@@ -65,7 +65,7 @@ def drive_together(run: Run) -> bytes:
         # Characters beyond ASCII by their numbers: read alike in every locale.
         routes = "\n".join(_route_file(run)).encode("ascii", "xmlcharrefreplace")
         (work / "routes.xml").write_bytes(routes)
-        with own_message(work / "errors.txt", link, run.given_as):
+        with own_message(work / "errors.txt", run.net, run.given_as):
             _drive(run, _options(link, run, work))
         recorded = work / "fcd.parquet"
         if not recorded.is_file() or not _is_whole(content := recorded.read_bytes()):
@@ -158,20 +158,22 @@ def _route_file(run: Run) -> Iterator[str]:
 
 
 @contextmanager
-def own_message(errors: Path, link: Path, net: Path) -> Iterator[None]:
+def own_message(errors: Path, net: Path, given_as: Path) -> Iterator[None]:
     """Put SUMO's own words in the place of libsumo's "Process Error".
 
-    They name the net as it was given, and what other links lead to beside the file of errors.
+    In place of links beside the file of errors they name what these lead to, and the net as it was
+    given.
     """
     libsumo = import_libsumo()
     try:
         with _stderr_into(errors):
             yield
     except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
-        reason = _reason(str(error), errors).replace(str(link), str(net))
-        for other in errors.parent.rglob("*"):
-            if other.is_symlink():
-                reason = reason.replace(str(other), str(other.resolve()))
+        reason, real = _reason(str(error), errors), net.resolve()
+        for link in errors.parent.rglob("*"):
+            if link.is_symlink():
+                file = link.resolve()
+                reason = reason.replace(str(link), str(given_as if file == real else file))
         raise SumoError(f"SUMO failed: {reason}") from error
 
 
