@@ -21,6 +21,7 @@ FILE = "scenario.toml"
 FROM_RUN = "_from_run"  # ends the key of a path that starts at the folder of a run
 BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
 CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
+LEADING_POINT = re.compile(r"\A[+-]?(?=\.\d)")  # .5 is 0.5 to everybody but TOML
 NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
 # What is sometimes given for a scenario, by its root element, and how it is given rightly.
 OTHER_KINDS = {
@@ -244,7 +245,7 @@ def _value(key: str, text: str) -> Any:
     if CLOCK.fullmatch(text):
         return text
     try:
-        value = parsed_toml(f"value = {text}")["value"]
+        value = parsed_toml("value = " + LEADING_POINT.sub(r"\g<0>0", text))["value"]
     except ValueError:
         if BARE_WORD.fullmatch(text):
             return text
@@ -259,7 +260,7 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
         text = "is not a dotted key; write it as in uav.start.distance_m"
         faults.append(Fault(key, text, unknown=True))
         return
-    if parents[:1] == ["uav"] and parents[1:] and parents[1].isdigit():
+    if parents[:1] == ["uav"] and [*parents[1:], last][0].isdigit():
         one = tables.setdefault("uav", {})
         tables["uav"] = [one] if isinstance(one, dict) else one  # [uav] is a list of one
     places: list[Any] = [tables]
@@ -271,6 +272,9 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
             is_what = f"is {as_written(wrong[0])}, not a table" if wrong else "is not in the list"
             faults.append(Fault(key, f"{within} {is_what}; set {within} as a whole"))
             return
+    if last.isdigit() and any(isinstance(place, list) for place in places):
+        faults.append(Fault(key, f"is a table of a list; set its keys, as in {key}.KEY"))
+        return
     for place in places:
         for table in place if isinstance(place, list) else [place]:
             table[last] = copy.deepcopy(value)

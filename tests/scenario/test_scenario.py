@@ -200,6 +200,11 @@ def test_override_quotes_are_free(folder: Path, override: str) -> None:
     assert read_scenario(folder, overrides=[override]).target.driving == "free"
 
 
+@pytest.mark.parametrize(("said", "value"), [(".7", 0.7), ("+.25", 0.25), ("1", 1.0)])
+def test_an_override_may_leave_out_the_nought(folder: Path, said: str, value: float) -> None:
+    assert read_scenario(folder, overrides=[f"sensor.detects={said}"]).sensor.detects == value
+
+
 def test_override_of_words_with_a_space_and_quoted_names(folder: Path) -> None:
     given = [
         "greedy.direction=nearest end",
@@ -408,6 +413,7 @@ ONE_FAULT = [
     ("title.x=3", "title: should be text in quotes, not {"),
     ("uav.speed_mps.x=3", "uav.speed_mps"),
     ("nonsense", "nonsense: is not an override; write dotted.key=value"),
+    ("uav.0=3", "uav.0: is a table of a list; set its keys, as in uav.0.KEY"),
     ("search.depth=", "search.depth=: is not an override; write"),
     ("search.depth={1", 'search.depth: "{1" is not a TOML value ('),
     ("search..depth=1", "search..depth: is not a dotted key; write"),
