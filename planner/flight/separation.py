@@ -103,7 +103,7 @@ def delay_s(course: Course, others: Sequence[Course]) -> float:
 
     After all others have landed it certainly does.
     """
-    last_s = max((float(other.to_s.max()) for other in others), default=-np.inf)
+    last_s = max((float(other.to_s.max(initial=-np.inf)) for other in others), default=-np.inf)
     after_all_s = max(0.0, last_s - float(course.from_s[0])) + STEP_S if len(course.from_s) else 0.0
     for by_s in (0.0, *(one for one in DELAYS_S if one < after_all_s), after_all_s):
         if keeps_apart(course.later(by_s), others):

@@ -114,6 +114,14 @@ def test_heights_keep_flights_apart_but_not_on_the_way_up() -> None:
     assert too_near_s(course_of(real, low), course_of(behind, lower)) is not None
 
 
+def test_a_flight_that_never_leaves_the_ground_is_in_nobody_s_way() -> None:
+    uav = Uav(0.0, 0.0, 0.0, 15.0, 60.0)
+    grounded = Track(*np.zeros((3, 1)), np.zeros((0, 2)))
+    course = course_of(flight(np.array([[0.0, 0.0], [90.0, 0.0]]), begins_s=0.0, uav=uav), uav)
+    none = course_of(grounded, uav)
+    assert delay_s(course, [none]) == delay_s(none, [course]) == 0.0
+
+
 def test_side_by_side_is_apart_and_a_crossing_at_one_time_is_not() -> None:
     uav = Uav(0.0, 0.0, 0.0, 15.0, 60.0)
     one = flight(np.array([[0.0, 0.0], [900.0, 0.0]]), begins_s=0.0, uav=uav)
