@@ -14,6 +14,7 @@ from planner.mission.debrief import Wanted, reading_of
 from planner.mission.news_words import Heard, Setting, heard, sentence
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
+from planner.scenario.news import MOST_NEWS
 
 LARGEST_NEWS = 64 << 20  # bytes
 
@@ -95,7 +96,12 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
 
 def news_of_file(file: Path, setting: Setting) -> Iterator[Heard]:
     """Yield what each line of a file means."""
-    for number, text in enumerate(read_text(file, LARGEST_NEWS).splitlines(), 1):
+    lines = read_text(file, LARGEST_NEWS).splitlines()
+    if sum(bool(text.strip()) for text in lines) > MOST_NEWS:
+        raise InputError(
+            f"{file}: has more than {MOST_NEWS} pieces of news; leave those out that say least"
+        )
+    for number, text in enumerate(lines, 1):
         if text.strip():
             with named(f"{file}: line {number}"):
                 yield heard(line_of(text), setting._replace(folder=file.parent))

@@ -56,7 +56,10 @@ def given(
             absent[one.target] *= 1.0 - one.sure
     found = [one.target for one in news if isinstance(one, FoundNews)]
     weight = posterior(futures, likelihood, absent)
-    return futures.reweighted(np.where(np.isin(futures.target, found), 0.0, weight))
+    weight = np.where(np.isin(futures.target, found), 0.0, weight)
+    if found and len(weight) and not weight.any():
+        raise InputError("news: every target is found, and nothing is left to search for")
+    return futures.reweighted(weight)
 
 
 def agreeing(

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.clock import seconds, span, when
+from planner.clock import clock, seconds, span, when
 from planner.errors import InputError
 from planner.messages import as_written, suggestion
 from planner.mission.news import target_faults
@@ -24,11 +24,12 @@ from planner.network.georeference import coordinates
 from planner.network.place_words import Where, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.faults import faults_of
-from planner.scenario.news import KINDS, News
+from planner.scenario.news import KINDS, News, NothingNews, ReportNews, SearchedNews
 from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
 
 RADIUS_M = 200.0  # how well a place is known, where nobody says
+CLOCKS_S = 60.0  # by which the clocks of people may differ; many tell the minute alone
 STREET_M = 30.0  # how far from its line who drives on a street may be
 NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)"
 HOW_SURE = rf"(?P<sure>{NUMBER}\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>{NUMBER})\s*m)?"
@@ -214,7 +215,26 @@ class _Line:
         faults = [*target_faults([one], self._setting.targets)]
         if faults:
             raise InputError(f"target: {faults[0].text}")
+        self._refuse_from_the_future(one)
         return Heard(news=(one,), said=(said,))
+
+    def _refuse_from_the_future(self, one: Any) -> None:
+        """Do nothing if news is of what has been, by clocks that agree as clocks do."""
+        match one:
+            case ReportNews():
+                key, last_s = "at", one.at_s
+            case NothingNews():
+                key, last_s = "to", one.to_s
+            case SearchedNews():
+                key, last_s = "waypoints", one.waypoints[-1][0]
+            case _:
+                return
+        now_s = self._setting.now_s
+        if last_s > now_s + CLOCKS_S:
+            raise InputError(
+                f"{key}: {clock(last_s)} is still to come, as it is {clock(now_s)} now; give when "
+                "it was"
+            )
 
     # Values
 

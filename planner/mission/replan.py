@@ -5,8 +5,9 @@ the start: without news, and flown as planned, the best plan stays the best. So 
 goes on unless a new one is better on the same particles.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,9 @@ from planner.mission.news import refuse_unlikely, search_of
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder, problem_of
 from planner.mission.trial import Attempt, attempted
-from planner.scenario.news import News, NewsSection, ReportNews
-from planner.scenario.uav_values import InAir, PointStart
+from planner.scenario.faults import faults_of
+from planner.scenario.news import MOST_NEWS, News, NewsSection, ReportNews
+from planner.scenario.uav_values import InAir
 from planner.search.anneal_waypoints import waypoints_of
 from planner.search.methods import Method
 from planner.search.plan import plan_of_legs, plan_of_waypoints
@@ -106,7 +108,7 @@ def resumed(
     left_s = standing.left_s
     if left_s is None and np.isfinite(problem.uav.landing_s):
         left_s = max(1.0, problem.uav.landing_s - (standing.at_s - at_s) - at_s)
-    there = InAir(place=PointStart(x_m=x_m, y_m=y_m), at_s=at_s, left_s=left_s)
+    there = _in_air({"place": {"x_m": x_m, "y_m": y_m}, "at_s": at_s, "left_s": left_s})
     own = search_of(flown, problem.sensor, problem.uav.speed_mps)
     after = _with(opened, there, (*news, own))
     rest = _rest(problem_of(after, NO_TARGETS), plan, paused_s, standing.xy_m is not None)
@@ -158,6 +160,11 @@ def with_news(news: Sequence[News], more: Sequence[News], *, same_source: bool) 
         if not reports:
             raise InputError("--same-source: there is no earlier report; leave it out")
         del kept[reports[-1]]
+    if len(kept) + len(more) > MOST_NEWS:
+        raise InputError(
+            f"news: {len(kept) + len(more):,} pieces are more than {MOST_NEWS}; leave out those "
+            "that say least"
+        )
     return (*kept, *more)
 
 
@@ -198,6 +205,14 @@ def hovering(flown: Track, until_s: float) -> Track:
     x_m, y_m = float(flown.x_m[-1]), float(flown.y_m[-1])
     time_s = np.array([flown.end_s, until_s])
     return Track(time_s, np.full(2, x_m), np.full(2, y_m), time_s[None, :])
+
+
+def _in_air(table: Mapping[str, Any]) -> InAir:
+    """Return where a UAV is, or refuse a place, time or battery that no scenario may hold."""
+    there, errors = InAir.checked(table)
+    if there is None:
+        raise InputError(str(next(iter(faults_of("uav.in_air", InAir, errors)))))
+    return there
 
 
 def _with(opened: OpenScenario, there: InAir | None, news: Sequence[News]) -> OpenScenario:

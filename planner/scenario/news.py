@@ -12,6 +12,9 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from planner.scenario.uav_values import UavStart
 from planner.scenario.values import Finite, Metres, Name, Radius, Seconds, Section, UavSpeed
 
+MOST_NEWS = 1000  # pieces that come in: each weighs all particles
+MOST_HEARD = MOST_NEWS + 1  # and what the UAV has flown
+
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Detects = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
 Target = Annotated[int, Field(ge=0)]
@@ -135,6 +138,6 @@ News = Annotated[
 class NewsSection(Section):
     """What is known of the target beyond what was known at first."""
 
-    heard: Annotated[tuple[News, ...], Field(strict=False)] | None = Field(
+    heard: Annotated[tuple[News, ...], Field(strict=False, max_length=MOST_HEARD)] | None = Field(
         default=None, description="the pieces of news, or leave it out for none"
     )

@@ -68,6 +68,8 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
         (("--gap", 5), "--gap: goes with --lost-at"),
         (("--same-source", "--report", "seen at r0c0 at 10, 70 %"), "no earlier report"),
         (("--at", 99999), "the flight is over at"),
+        (("--battery", "0min"), "uav.in_air.left_s: should be greater than 0, not 0; give for how"),
+        (("--uav-at", "r1c1", "--at", "1e13"), "uav.in_air.at_s: should be at most"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(
@@ -85,6 +87,15 @@ def test_a_line_of_a_file_is_named(command: Commands, run: Path, tmp_path: Path)
     news.write_text('{"kind": "delay", "lasts": 5}\n{"kind": "delay"}\n')
     said = replanned(command, run, "--news", news, "-o", tmp_path / "rest")
     assert f"{news}: line 2: lasts: is missing" in said.err
+
+
+def test_more_news_than_can_count_is_refused(command: Commands, run: Path, tmp_path: Path) -> None:
+    file = tmp_path / "news.jsonl"
+    file.write_text('{"kind": "delay", "lasts": 1}\n' * 1001)
+    said = replanned(command, run, "--news", file, "-o", tmp_path / "rest")
+    assert said.code == 2
+    assert said.err.count("\n") == 1
+    assert "news.jsonl: has more than 1000 pieces of news" in said.err
 
 
 def test_news_is_read_while_it_flies(command: Commands, run: Path, tmp_path: Path) -> None:

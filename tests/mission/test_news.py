@@ -141,6 +141,11 @@ def test_nothing_that_is_left_is_refused() -> None:
         weights(ROW, searched(flight))
 
 
+def test_nothing_is_searched_when_every_target_is_found() -> None:
+    with pytest.raises(InputError, match="every target is found"):
+        weights(ROW, FoundNews(kind="found"))
+
+
 def test_pooled_particles_keep_their_shares() -> None:
     one, two = resting([(0.0, 0.0), (5.0, 0.0)], [0.3, 0.5]), resting([(9.0, 0.0)], [0.8])
     both = pooled([one, two])

@@ -91,6 +91,12 @@ def test_times(said: Any, seconds: float) -> None:
         ({"kind": "report", "place": NODE, "at": 1, "sure": "."}, "sure: should be a prob"),
         ({"kind": "report", "place": NODE, "at": 1, "sure": 1, "radius_m": []}, "radius_m: should"),
         ({"kind": "delay", "lasts": float("inf")}, "lasts: should be a number"),
+        (f"seen at {NODE} at 14:30, 70 %", "at: 0:30:00 is still to come, as it is 0:25:00 now"),
+        (f"nothing at {NODE} from 14:20 to 14:30, 70 %", "to: 0:30:00 is still to come"),
+        (
+            {"kind": "searched", "waypoints": [[0, 0, 0], [9999, 0, 0]], "radius_m": 5},
+            "waypoints: 2:46:39 is still to come",
+        ),
         (
             {"kind": "searched", "waypoints": [[5, 0, 0], [1, 0, 0]], "radius_m": 5},
             "waypoints: go back in time",
