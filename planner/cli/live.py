@@ -21,6 +21,7 @@ from planner.mission.live import BEST, DECIDE_S, Live, Offer, ends
 from planner.mission.news_words import Heard, Setting, heard, time_of
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
+from planner.mission.replan import refuse_fleet
 from planner.mission.run_folder import open_run, refuse_no_run
 from planner.report import news_lines
 
@@ -32,6 +33,7 @@ def fly_live(arguments: argparse.Namespace) -> int:
     """Read news until the target is found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory)
+    refuse_fleet(stored.plan)
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     mission.warm_up()
@@ -54,7 +56,8 @@ def fly_live(arguments: argparse.Namespace) -> int:
                 live.hear(meant, now_s, listener.decides)
             except InputError as error:
                 listener.say(f"the plan there was stands: {error}")
-    listener.say(f"all plans taken are in {written}")
+    taken = f"all plans taken are in {written}" if written.exists() else "no plan was taken"
+    listener.say(taken)
     return 0
 
 

@@ -86,8 +86,7 @@ def resumed(
     InputError
         If the flight is over, or the plan is for several UAVs.
     """
-    if len(plan.tracks) != 1:
-        raise InputError("plan.json: is for several UAVs; plan each one anew by itself")
+    refuse_fleet(plan)
     (track,) = plan.tracks
     problem = problem_of(opened, NO_TARGETS)
     climbs_s = 0.0 if problem.uav.aircraft is None else problem.uav.aircraft.law.climb_s
@@ -113,6 +112,18 @@ def resumed(
     after = _with(opened, there, (*news, own))
     rest = _rest(problem_of(after, NO_TARGETS), plan, paused_s, standing.xy_m is not None)
     return Resumed(after, rest, at_s, flown)
+
+
+def refuse_fleet(plan: Plan) -> None:
+    """Do nothing if a plan is for one UAV.
+
+    Raises
+    ------
+    InputError
+        If it is for several.
+    """
+    if len(plan.tracks) != 1:
+        raise InputError("plan.json: is for several UAVs; plan each one anew by itself")
 
 
 def replanned(

@@ -76,6 +76,15 @@ def test_flights_are_told_one_by_one(run: Commands, two: Path) -> None:
     assert found
 
 
+@pytest.mark.parametrize("words", [("replan", "--at", "5"), ("fly", "--live", "n"), ("ask",)])
+def test_what_is_for_one_uav_is_refused_at_once(
+    run: Commands, two: Path, words: tuple[str, ...]
+) -> None:
+    said = run(*words, two)
+    assert said.code == 2
+    assert "is for several UAVs; plan each one anew by itself" in said.err
+
+
 def test_a_page_knows_all(two: Path) -> None:
     text = (two / "page.html").read_text()
     assert "2 drones, 80 and 100 m/s" in text

@@ -122,6 +122,7 @@ def test_nobody_says_yes_and_the_plan_there_was_stands(
     news.write_text('{"kind": "delay", "lasts": 400, "now": 1100}\n{"kind": "found"}\n')
     said = command("fly", run, "--live", news, "-o", out, "-j", 1)
     assert said.code == 0
+    assert "no plan was taken" in said.out
     assert not out.exists()
 
 
