@@ -4,7 +4,6 @@ import json
 import re
 import signal
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -23,6 +22,7 @@ from planner.mission.call_net import net_of
 from planner.page.serving import page_of_net
 from support import fake_planner
 from support.command_line import TOWN, Commands
+from support.processes import started
 from support.serving import served
 
 WORDS = {"last_seen": "n", "at": "-1min", "drone_at": "nw", "target": "joyride", "heading": ""}
@@ -262,7 +262,7 @@ def test_a_planner_that_is_killed_leaves_its_plan(client: Client, tmp_path: Path
 
 def test_the_command_serves_until_ctrl_c(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "planner", "serve", TOWN, "-o", str(tmp_path / "runs")]
-    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
+    with started(command, stdout=PIPE, stderr=PIPE) as process:
         assert process.stdout is not None
         link = process.stdout.readline().split()[-1]
         host, _, path = link.removeprefix("http://").partition("/")
@@ -290,7 +290,7 @@ def test_ctrl_c_leaves_time_to_the_planner_to_undo_what_is_half_done(tmp_path: P
     (tmp_path / "page").touch()
     arguments = [TOWN, str(tmp_path), *fake_planner.PROGRAM]
     command = [sys.executable, "-c", SERVES_A_CALL, *arguments]
-    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
+    with started(command, stdout=PIPE, stderr=PIPE) as process:
         patient_until = time.monotonic() + PATIENCE_S
         while not [*tmp_path.rglob("half-done")] and time.monotonic() < patient_until:
             time.sleep(0.02)

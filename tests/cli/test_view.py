@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from planner.mission.run_folder import GUI
 from planner.network.sumo import binary, sumo_home
 from support.command_line import Commands
 from support.display import Screen, screen
+from support.processes import started
 
 PATIENCE_S = 120.0  # of a busy machine
 FAST = ("--speed", "10000")
@@ -60,13 +62,14 @@ def wait_for(is_so: Callable[[], object]) -> None:
         time.sleep(0.1)
 
 
-def viewing(display: Screen, run: Path, *options: str) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
+def viewing(
+    display: Screen, run: Path, *options: str
+) -> AbstractContextManager["subprocess.Popen[str]"]:
+    return started(
         [sys.executable, "-m", "planner", "view", str(run), *options],
         env={**os.environ, "DISPLAY": display.name},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
     )
 
 
@@ -100,7 +103,7 @@ def test_ctrl_c_closes_the_window(display: Screen, waiting: Path) -> None:
 def test_sumo_gui_alone_shows_the_way(display: Screen, waiting: Path) -> None:
     command = [str(binary("sumo-gui")), "-c", str(waiting / "plan.sumocfg")]
     environment = {**os.environ, "DISPLAY": display.name, "SUMO_HOME": str(sumo_home())}
-    with subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL) as process:
+    with started(command, env=environment, stderr=subprocess.DEVNULL) as process:
         wait_for(lambda: display.count(*WAY) > 30 or process.poll() is not None)
         wait_for(lambda: display.close_windows("plan.sumocfg") or process.poll() is not None)
         assert process.wait(PATIENCE_S) == 0
