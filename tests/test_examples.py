@@ -7,6 +7,7 @@ import runpy
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from planner.cli import parser_for
+from planner.export import checks
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import SECTIONS
 from planner.search.contract import BUDGET, breaches, cost_s
@@ -160,6 +162,22 @@ def test_commands_in_the_text_can_be_typed(page: str) -> None:
         program, *words = shlex.split(line.removeprefix("$ "), comments=True) or [""]
         if program == "planner":
             assert callable(parser_for(words).parse_args(words).run), line
+
+
+@pytest.mark.parametrize("page", ["README.md", *PAGES])
+def test_beliefs_are_compared_where_there_are_several(page: str) -> None:
+    for line in "\n".join(blocks(page, "sh")).splitlines():
+        words = shlex.split(line, comments=True)
+        if words[:2] == ["planner", "compare"] and "--beliefs" in words:
+            arguments = parser_for(words[1:]).parse_args(words[1:])
+            draft = read_draft(arguments.scenario, preset=arguments.preset)
+            assert draft.target is not None
+            assert draft.target.mix is not None, line
+
+
+def test_the_town_in_the_readme_is_searched_at_a_speed_that_is_exported() -> None:
+    (town,) = [block for block in blocks("README.md", "toml") if "town.osm.gz" in block]
+    assert tomllib.loads(town)["uav"]["speed_mps"] <= checks.FASTEST_MPS
 
 
 def anchor(heading: str) -> str:

@@ -17,7 +17,12 @@ def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> 
     """Print what a plan for each component of the mixture costs where another one is true."""
     opened = opened_scenario(arguments, overrides)
     with progress_bar("beliefs") as progress:
-        found = regrets(recorder_of(arguments, opened), method_named("best"), progress)
+        found = regrets(
+            recorder_of(arguments, opened),
+            method_named("best"),
+            progress,
+            targets=arguments.targets,
+        )
     summary = {
         "planned_for": list(found.planned_for),
         "truths": list(found.truths),

@@ -52,7 +52,7 @@ def _plain(one: "Breach") -> dict[str, Any]:
         "clause": clause and clause.name,
         "is_advice": clause is None or clause.is_advice,
         "told": one.said,
-        "remedy": clause and clause.remedy,
+        "remedy": one.remedy,
     }
 
 
@@ -71,7 +71,8 @@ def _blocks(
                 where = [one.problem for one in broken if one.said == said]
                 on = "all problems" if len(where) == len(PROBLEMS) else ", ".join(where)
                 yield f"  {on}: {said.removeprefix(f'{own.name}: ')}"
-            yield f"  remedy: {clause.remedy}"
+            for remedy in {one.remedy for one in broken} - {None}:
+                yield f"  remedy: {remedy}"
     for one in found:
         if one.clause is None:
             yield f"not applicable: {one.problem}: {one.said}"

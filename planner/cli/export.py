@@ -168,9 +168,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _named(names: "Sequence[str]", said: "Sequence[Sequence[str]]") -> list[str]:
     """Return all that is said of flights, each line with the name of its flight if it has one."""
     return [
-        f"{name}: {line}" if name else line
+        line.replace(words, f"{name}: {words}", 1) if name else line
         for name, lines in zip(names, said, strict=True)
         for line in lines
+        for words in [line.lstrip("\n")]  # a block may begin with an empty line
     ]
 
 

@@ -44,8 +44,19 @@ class Regrets:
         return tuple(map(max, self.regret))
 
 
-def regrets(recorder: Recorder, method: Method, on_progress: Progress = silent) -> Regrets:
+def regrets(
+    recorder: Recorder,
+    method: Method,
+    on_progress: Progress = silent,
+    *,
+    targets: int | None = None,
+) -> Regrets:
     """Return what plans for each component of the target's mixture cost under each other one.
+
+    Parameters
+    ----------
+    targets
+        How many fresh ones of each component they are judged on, as `Recorder.evaluation` has it.
 
     Raises
     ------
@@ -65,7 +76,7 @@ def regrets(recorder: Recorder, method: Method, on_progress: Progress = silent) 
         plans.append(_planned(one, method))
     rows = [[0.0] * len(parts) for _ in plans]
     for truth, one in enumerate(recorders):
-        fresh, problem = one.evaluation().futures, problem_of(one.opened, NO_TARGETS)
+        fresh, problem = one.evaluation(targets).futures, problem_of(one.opened, NO_TARGETS)
         for number, plan in enumerate(plans):
             found = evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
             rows[number][truth] = found.figure

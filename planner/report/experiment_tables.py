@@ -11,6 +11,7 @@ from planner.experiments.instances import Instance
 from planner.experiments.portable import Exported
 from planner.experiments.results import Row
 from planner.intervals import student_interval
+from planner.messages import counted
 from planner.report.formats import Column, FittingTable, titled_table
 from planner.search.methods import is_pattern
 
@@ -164,7 +165,8 @@ def failures(rows: Sequence[Row]) -> list[str]:
 
 def exported_table(exported: Sequence[Exported]) -> "Table":
     """Return what was written for each instance."""
-    table = titled_table(f"{len(exported)} instances, {sum(e.megabytes for e in exported):.0f} MB")
+    megabytes = sum(one.megabytes for one in exported)
+    table = titled_table(f"{counted(len(exported), 'instance')}, {megabytes:.1f} MB")
     for name in ("instance", "futures", "best known", "MB"):
         table.add_column(name, justify="left" if name == "instance" else "right")
     for one in exported:

@@ -70,6 +70,12 @@ class Breach:
     problem: str
     clause: Clause | None  # None: it says that it cannot work on the problem, which it may
     said: str
+    has_raised: bool = False  # whether it made no plan at all, for which no clause has a remedy
+
+    @property
+    def remedy(self) -> str | None:
+        """What helps; None: nothing that is known here."""
+        return None if self.clause is None or self.has_raised else self.clause.remedy
 
 
 def breaches(
@@ -91,7 +97,7 @@ def breaches(
                 yield Breach(name, None, str(error))
                 break
             except InputError as error:
-                yield Breach(name, clause, str(error))
+                yield Breach(name, clause, str(error), has_raised=error.__cause__ is not None)
                 break
             if said is not None:
                 yield Breach(name, clause, said)

@@ -44,7 +44,8 @@ def _faults(problem: Problem, made: Any) -> Iterator[str]:
 
 
 def _kind(thing: Any) -> str:
-    return "None" if thing is None else f"a {type(thing).__name__}"
+    name = type(thing).__name__
+    return "None" if thing is None else f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
 
 
 def _track_faults(problem: Problem, track: Track) -> Iterator[str]:

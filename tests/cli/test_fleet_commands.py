@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -94,7 +95,10 @@ def test_a_page_knows_all(two: Path) -> None:
 def test_each_has_a_mission_of_its_own_and_maps_hold_all(
     run: Commands, in_town: Path, tmp_path: Path
 ) -> None:
-    said = run("export", in_town, "-o", tmp_path, "--check", "--json").json
+    printed = run("export", in_town, "-o", tmp_path, "--check").out
+    assert re.findall(r"^(UAV \d): \d+ waypoints, ", printed, re.MULTILINE) == ["UAV 1", "UAV 2"]
+    assert not re.findall(r"^UAV \d: *$", printed, re.MULTILINE)
+    said = run("export", in_town, "-o", tmp_path, "--check", "--json", "--force").json
     names = {Path(name).name for name in said["files"]}
     assert {"flight-uav1.plan", "flight-uav2.waypoints", "flight.kml", "flight.txt"} <= names
     features = json.loads((tmp_path / "flight.geojson").read_text())["features"]

@@ -36,8 +36,12 @@ def test_the_page_s_planner_keeps_the_contract(
     said = run("check-planner", f"{nearest}:nearest")
     assert said.code == 1
     assert "broken: a flight that the UAV can fly" in said.out
-    assert "all problems: returned a int, no SearchResult" in said.out
+    assert "all problems: returned an int, no SearchResult" in said.out
     assert "remedy: " in said.out
+    nearest.write_text("def nearest(problem, budget, rng): return 1 / 0", encoding="utf-8")
+    said = run("check-planner", f"{nearest}:nearest")
+    assert "all problems: raised ZeroDivisionError" in said.out
+    assert "remedy" not in said.out  # of flights, of which it has made none
     said = run("check-planner", f"{nearest}:farthest")
     assert (said.code, said.err.count("\n")) == (2, 1)
     assert "has no function 'farthest'; did you mean nearest?" in said.err

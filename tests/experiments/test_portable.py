@@ -47,7 +47,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
         cwd=ROOT,
     )
     assert done.returncode == 0, done.stderr
-    assert "1 instances, " in done.stdout
+    assert "1 instance, " in done.stdout
     return folder
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from planner.errors import InputError
+from planner.futures.store import Recording
 from planner.mission.opening import open_scenario
 from planner.mission.recorder import Recorder
 from planner.mission.regret import Regrets, regrets
@@ -27,6 +28,20 @@ def test_each_belief_is_planned_for_and_judged_under_each() -> None:
     assert all(len(row) == 2 for row in found.figure)
     assert found.regret[0][1] > 0.1  # it is looked for on the other side of the diagonal
     assert found.regret[1][0] > 0.1
+
+
+def test_plans_are_judged_on_as_many_targets_as_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int | None] = []
+    evaluation = Recorder.evaluation
+
+    def counting(self: Recorder, targets: int | None = None) -> Recording:
+        asked.append(targets)
+        return evaluation(self, targets)
+
+    monkeypatch.setattr(Recorder, "evaluation", counting)
+    recorder = Recorder(open_scenario("grid5x5", overrides=(MIX, *SMALL)), workers=1)
+    regrets(recorder, method_named("rate"), targets=30)
+    assert asked == [30, 30]
 
 
 def test_one_belief_alone_is_refused() -> None:
