@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from numbers import Real
 from typing import Any, Literal
 
@@ -186,7 +186,10 @@ class Recorder:
         first = parts[0]
         if len(parts) == 1:
             return self._left(first)
-        log.warning(
+        _warn_once(
+            f"news leaves few of the targets drawn: more are, up to {MOST_SETS} times as many"
+        )
+        log.info(
             "news leaves %s of %s targets; recorded %d times as many",
             f"{draws(self._given(first.futures).weight):,.0f}",
             f"{many:,}",
@@ -268,6 +271,12 @@ class Recorder:
             how = how._replace(traffic=traffic)
             described = {**described, "traffic": traffic.digest}
         return recorded(self.opened.network, recipe, scenario=described, how=how)
+
+
+@cache
+def _warn_once(text: str) -> None:
+    """Say what would be said again for each of many plans."""
+    log.warning(text)
 
 
 def problem_of(opened: OpenScenario, futures: Futures, *, method: Method | None = None) -> Problem:
