@@ -171,7 +171,7 @@ def test_numpys_scalars_are_numbers(scalar: Callable[[int], Any]) -> None:
     )
     assert uav == planner.Uav(1.0, 2.0, 3.0, 4.0, return_to_m=(5.0, 6.0))
     names = [one.name for one in fields(uav) if one.name != "aircraft"]
-    assert {type(getattr(uav, name)) for name in names} == {float, int, tuple}
+    assert {type(getattr(uav, name)) for name in names} == {float, int, bool, tuple}
     assert planner.Sensor(scalar(500), np.True_) == planner.Sensor(500.0, True)
     assert planner.Objective(scalar(9), scalar(8)) == planner.Objective(9.0, 8.0)
     assert planner.Elapsed(scalar(1)).seconds == 1.0

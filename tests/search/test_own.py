@@ -33,7 +33,7 @@ FAULTS = {
 NONSENSE = {
     "return None": "mine.py:f: returned None, no SearchResult; return SearchResult(plan)",
     "return plan_of_legs(problem, 'x', [0])": "returned a Plan, no SearchResult",
-    "return SearchResult(7)": "returned a SearchResult of a int, no Plan",
+    "return SearchResult(7)": "returned a SearchResult of an int, no Plan",
     "return {}['x']": "mine.py:f: raised KeyError: 'x' (line 6 of mine.py)",
     "return SearchResult(plan_of_legs(problem, 'x', [999]))": "mine.py:f: raised InputError: order",
     "p = plan_of_legs(problem, 'x', [0]); return SearchResult(replace(p, tracks=()))": (
