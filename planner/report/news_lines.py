@@ -10,7 +10,7 @@ from planner.mission.ask import Worth
 from planner.mission.follow import EVERY_S, contact
 from planner.mission.live import Offer
 from planner.mission.replan import Replanned
-from planner.report.formats import Column, FittingTable
+from planner.report.formats import Column, FittingTable, percent
 
 
 def verdict(found: Replanned, lead: Ahead) -> str:
@@ -29,7 +29,8 @@ def verdict(found: Replanned, lead: Ahead) -> str:
 
 def saving(found: Replanned, lead: Ahead) -> str:
     """Return what a new plan saves against the one there was."""
-    gain = f"{lead.share:.1%} (95 %: {lead.low:.1%} .. {lead.high:.1%}, paired)"
+    interval = f"{100 * lead.low:.1f} .. {100 * lead.high:.1f}"
+    gain = f"{percent(lead.share)} (95 %: {interval}, paired)"
     if found.problem.objective.by_s is not None:
         return f"a new plan, which finds {gain} more than the one there was"
     return f"a new plan; of the time still to come it saves {gain}"
