@@ -67,7 +67,7 @@ def test_the_estimate_sharpens_and_portions_change_nothing(
     monkeypatch.setenv("PLANNER_CACHE", str(tmp_path / "other"))
     monkeypatch.setattr(record, "FIRST_NOTED", 2)
     monkeypatch.setattr("planner.cli.progress.EVERY_S", 0.0)
-    said = run(*SMALL, "--json")
+    said = run(*SMALL, "--json", "-j", "1")  # two processes need not answer in order
     assert said.json == whole
     notes = re.findall(
         r"recording fresh targets: (\d) of 5.*; (\d+) s \((-?\d+) .. \d+\) so", said.err
