@@ -263,8 +263,9 @@ def shipped_names() -> tuple[str, ...]:
 def kit(name: str) -> Path:
     """Return a file, or a folder, that goes into an export of the instances as it is."""
     package = Path(__file__).resolve().parent
-    places = [package / "kit", *(package.parent / part for part in ("tools", "docs", "instances"))]
-    return next(place / name for place in places if (place / name).exists())
+    roots = (package / "kit", package.parent / "tools", package.parent / "docs")
+    files = (root / part / name for root in roots for part in ("", "instances"))
+    return next(file for file in files if file.exists())
 
 
 def _shipped() -> dict[str, Path]:

@@ -51,8 +51,9 @@ def test_the_wheel_holds_the_package_and_its_scenarios(wheel: Path) -> None:
     sources = {path.relative_to(ROOT).as_posix() for path in code}
     nets = {path for path in (ROOT / "sumo_nets").rglob("*.*") if path.parent.name != "claims"}
     scenarios = {f"planner/{path.relative_to(ROOT).as_posix()}" for path in nets if path.is_file()}
-    parts = {path.name for path in (ROOT / "instances" / "test").iterdir()}
-    kit = {"score.py", "instance.schema.json", "about.md", *(f"test/{name}" for name in parts)}
+    parts = {path.name for path in (ROOT / "docs" / "instances" / "test").iterdir()}
+    kit = {"score.py", "instance.schema.json", "instances/about.md"}
+    kit |= {f"instances/test/{name}" for name in parts}
     assert held == sources | scenarios | {"planner/py.typed", *(f"planner/kit/{n}" for n in kit)}
     assert "planner/sumo_nets/grid5x5/scenario.toml" in scenarios
 

@@ -19,7 +19,6 @@ PAGES = {  # that lie outside docs/, and what they are on the site
     "GLOSSARY.md": "glossary.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
-    "instances/results/README.md": "results.md",
     "sumo_nets/grid5x5/instances.md": "instances-table.md",
     "sumo_nets/grid5x5/claims/claims.md": "claims.md",
 }
@@ -61,8 +60,9 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     if page.file.src_uri == API:
         return markdown
     elsewhere = {uri: ROOT / source for source, uri in PAGES.items()}
-    source = elsewhere.get(page.file.src_uri, ROOT / "docs" / page.file.src_uri)
-    return LINK.sub(lambda link: _on_site(link, source), markdown)
+    here = page.file.src_uri
+    source = elsewhere.get(here, ROOT / "docs" / here)
+    return LINK.sub(lambda link: _on_site(link, source, here), markdown)
 
 
 def _linked(source: Path) -> Iterator[Path]:
@@ -73,7 +73,7 @@ def _linked(source: Path) -> Iterator[Path]:
             yield path
 
 
-def _on_site(link: re.Match[str], source: Path) -> str:
+def _on_site(link: re.Match[str], source: Path, here: str) -> str:
     mark, text, target, anchor = link.groups()
     path = _target(source, target)
     if path is None:
@@ -81,7 +81,9 @@ def _on_site(link: re.Match[str], source: Path) -> str:
     uri = _page_of(path) or (_copy_of(path) if path.is_file() else None)
     if _in_docs(path):
         uri = path.relative_to(ROOT / "docs").as_posix()
-    return f"{mark}[{text}]({uri}{anchor or ''})" if uri else str(text)
+    if uri is None:
+        return str(text)
+    return f"{mark}[{text}]({os.path.relpath(uri, Path(here).parent)}{anchor or ''})"
 
 
 def _target(source: Path, target: str) -> Path | None:

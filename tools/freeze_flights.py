@@ -19,7 +19,7 @@ from planner.files import json_text
 from planner.futures.even_speed import Drive, at_even_speed
 from planner.network.straight_roads import grid
 
-FOLDER = Path(__file__).parents[1] / "instances" / "test"
+FOLDER = Path(__file__).parents[1] / "docs" / "instances" / "test"
 NODES, ROAD_M, VEHICLES, HORIZON_S = 4, 400.0, 300, 600.0
 UAVS = (  # place, take-off, speed, landing, and where it lands
     (-500.0, 300.0, 20.0, 25.0, None, None),

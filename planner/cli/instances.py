@@ -22,7 +22,7 @@ DIR/NAME/*.json and makes a page of what they are worth."""
 EXAMPLES = (
     ("instances export runs/instances", "all of them; takes minutes"),
     ("instances export runs/one --only bs3d", "one of them"),
-    ("instances results instances/results", "what are plans worth?"),
+    ("instances results docs/instances/results", "what are plans worth?"),
 )
 
 

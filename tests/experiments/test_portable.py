@@ -28,7 +28,7 @@ from planner.futures.futures import Futures
 from support.command_line import Commands
 
 ROOT = Path(__file__).parents[2]
-TEST = ROOT / "instances" / "test"
+TEST = ROOT / "docs" / "instances" / "test"
 SCORER = runpy.run_path(str(ROOT / "tools" / "score.py"))
 NAME = "figure3-gone-30-km"
 FLIGHTS = json.loads((TEST / "flights.json").read_text())
