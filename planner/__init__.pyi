@@ -36,9 +36,9 @@ from .mission.online import Remembering as Remembering
 from .mission.opening import OpenScenario as OpenScenario
 from .mission.opening import open_scenario as open_scenario
 from .mission.plan_file import read_plan as read_plan
+from .mission.planning import make_plan as make_plan
+from .mission.planning import problem_of as problem_of
 from .mission.recorder import Recorder as Recorder
-from .mission.recorder import make_plan as make_plan
-from .mission.recorder import problem_of as problem_of
 from .mission.replan import Standing as Standing
 from .mission.replan import replanned as replanned
 from .mission.replan import resumed as resumed

@@ -9,20 +9,11 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
-from planner.guard import (
-    elements_in,
-    kind_of_xml,
-    opened,
-    parsed_json,
-    parsed_toml,
-    read_json,
-    read_text,
-    read_toml,
-    xml_elements,
-)
+from planner.guard import opened, parsed_json, parsed_toml, read_json, read_text, read_toml
 from planner.messages import plain
 from planner.network.build import build_net
 from planner.network.read import read_net
+from planner.xml_guard import elements_in, kind_of_xml, xml_elements
 
 LAUGHS = '<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;&b;&b;">]><a>&c;</a>'
 NODES = '<nodes><node id="a" x="0" y="0"/><node id="b" x="900" y="0"/>{}</nodes>'

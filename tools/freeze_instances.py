@@ -25,7 +25,7 @@ from planner.experiments.instances import (
 )
 from planner.files import written_whole
 from planner.flight.legs import leg_names
-from planner.mission.recorder import budget_of, problem_of
+from planner.mission.planning import budget_of, problem_of
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.toml_text import toml_text
 from planner.search.sightings import holdout_value

@@ -25,7 +25,7 @@ from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.progress import Progress
 
 EPILOG = """\

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError
-from planner.guard import xml_elements
 from planner.messages import as_written
+from planner.xml_guard import xml_elements
 
 Route = tuple[str, ...]
 

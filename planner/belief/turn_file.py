@@ -10,8 +10,8 @@ from typing import Any
 from planner.belief.prior import TurnTable
 from planner.clock import clock, sumo_seconds
 from planner.errors import InputError
-from planner.guard import xml_elements
 from planner.messages import as_written
+from planner.xml_guard import xml_elements
 
 log = logging.getLogger(__name__)
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from planner.errors import InputError
-from planner.guard import xml_elements
 from planner.messages import as_written, suggestion
+from planner.xml_guard import xml_elements
 
 Attributes = Mapping[str, str]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from planner.cli.arguments import add_scenario, path
 from planner.cli.printing import print_json, print_result, summary_lines
 from planner.errors import InputError
-from planner.guard import kind_of_xml, opened_xml
 from planner.messages import plain
+from planner.xml_guard import kind_of_xml, opened_xml
 
 if TYPE_CHECKING:
     from planner.scenario.sections import Scenario

@@ -41,7 +41,7 @@ from planner.mission.now_events import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
 from planner.mission.plan_file import plan_content, timing_content
-from planner.mission.recorder import budget_of, problem_of
+from planner.mission.planning import budget_of, problem_of
 from planner.mission.replan import Replanned
 from planner.mission.run_folder import OWN_BEGIN, own_key
 from planner.mission.to_gap import TwoSided, planned_to_gap

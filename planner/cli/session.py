@@ -21,7 +21,8 @@ from planner.futures.store import Recording
 from planner.messages import counted
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.own_futures import OwnFutures, read_split
-from planner.mission.recorder import Recorder, needs_holdout
+from planner.mission.planning import needs_holdout
+from planner.mission.recorder import Recorder
 from planner.mission.run_folder import PROVENANCE, own_futures
 from planner.progress import Progress, silent
 from planner.search.methods import Method

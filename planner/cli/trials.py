@@ -14,7 +14,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import budget_of
+from planner.mission.planning import budget_of
 from planner.mission.trial import Attempt, attempted
 from planner.progress import Progress, silent
 from planner.search.methods import Method

@@ -19,7 +19,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.guard import parsed_toml, read_text
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.source import scenario_path
 from planner.scenario.toml_text import toml_text

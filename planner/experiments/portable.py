@@ -23,7 +23,8 @@ from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.mission.places import frame
-from planner.mission.recorder import Recorder, problem_of
+from planner.mission.planning import problem_of
+from planner.mission.recorder import Recorder
 from planner.network.road_network import RoadNetwork
 from planner.npz import write_columns
 from planner.provenance import sha256_of_file, versions

@@ -17,7 +17,8 @@ from planner.experiments.run_condition import Outcome, run_condition
 from planner.experiments.target_sets import targets_of
 from planner.futures.workers import cores
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, needs_holdout
+from planner.mission.planning import needs_holdout
+from planner.mission.recorder import Recorder
 from planner.progress import Progress
 
 DRAWN_BY = ("particles", "sampling", "seed", "horizon_s")  # keys of [search]

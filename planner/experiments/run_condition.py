@@ -11,7 +11,8 @@ from typing import Any
 from planner.errors import NotApplicableError, OutputError, PlannerError, ScenarioError, SumoError
 from planner.experiments.condition import Condition
 from planner.experiments.target_sets import figures_on
-from planner.mission.recorder import Recorder, holdout_for, problem_of
+from planner.mission.planning import holdout_for, problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import Trial, try_method
 from planner.provenance import versions
 

@@ -17,7 +17,8 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.guard import read_json, read_text
-from planner.mission.recorder import Recorder, problem_of
+from planner.mission.planning import problem_of
+from planner.mission.recorder import Recorder
 from planner.search.problem import Problem
 from planner.search.result import SearchResult
 from planner.search.sound import fault_of

@@ -9,7 +9,7 @@ from planner.futures.none import NO_TARGETS
 from planner.mission.aircraft import aircraft_of
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.network.georeference import is_georeferenced
 
 

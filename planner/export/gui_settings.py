@@ -16,9 +16,10 @@ from planner.export.sumo_gui import LABEL, write_overlay, write_xml
 from planner.files import cache_root, written_whole
 from planner.flight.airspace import Airspace
 from planner.flight.plan import Plan
-from planner.guard import BLOCK, opened_xml
+from planner.guard import BLOCK
 from planner.mission.run_folder import CONFIG, NET, OVERLAY, SETTINGS
 from planner.network.road_network import RoadNetwork
+from planner.xml_guard import opened_xml
 
 ROAD_GREY = "205,205,205"
 BLACK, WHITE = "0,0,0", "255,255,255"

@@ -9,10 +9,10 @@ from planner.cache import cache_folder, is_whole, seal
 from planner.errors import SumoError
 from planner.files import written_whole
 from planner.futures.simulation import plain_link
-from planner.guard import rewritten_xml
 from planner.locks import held, temporary_folder
 from planner.network.sumo import ended, sumo_file, sumo_version
 from planner.provenance import sha256_of_file
+from planner.xml_guard import rewritten_xml
 
 TOOL = "tools/randomTrips.py"
 # So much more often than elsewhere trips begin and end where the net was cut off.

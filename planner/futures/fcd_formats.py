@@ -10,7 +10,6 @@ import numpy as np
 from planner.arrays import Flags, Floats
 from planner.clock import seconds
 from planner.errors import InputError
-from planner.guard import xml_elements
 from planner.parquet import (
     Coded,
     coded,
@@ -22,6 +21,7 @@ from planner.parquet import (
     seconds_or_nan,
     texts,
 )
+from planner.xml_guard import xml_elements
 
 log = logging.getLogger(__name__)
 

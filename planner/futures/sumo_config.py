@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.errors import InputError
-from planner.guard import xml_elements
+from planner.xml_guard import xml_elements
 
 LARGEST = 16 << 20  # bytes
 

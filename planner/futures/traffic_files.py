@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from planner.errors import InputError
-from planner.guard import holds, rewritten_xml
 from planner.network.sumo import NET_ELEMENTS
+from planner.xml_guard import holds, rewritten_xml
 
 NOWHERE = "NUL"  # SUMO's name, on every system, of a file that keeps nothing
 LONGEST = 100  # characters of a name

@@ -21,7 +21,7 @@ from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.intervals import student_interval
 from planner.mission.online import Mission
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.mission.replan import Standing
 from planner.progress import Progress, silent
 

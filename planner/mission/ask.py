@@ -21,8 +21,8 @@ from planner.futures.none import NO_TARGETS
 from planner.intervals import half_width
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
+from planner.mission.planning import budget_of, holdout_for, problem_of
 from planner.mission.questions import Question
-from planner.mission.recorder import budget_of, holdout_for, problem_of
 from planner.mission.replan import Resumed, replanned
 from planner.progress import Progress, silent
 from planner.search.methods import Method

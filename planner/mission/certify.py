@@ -11,7 +11,8 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.intervals import lower_limit
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, problem_of
+from planner.mission.planning import problem_of
+from planner.mission.recorder import Recorder
 from planner.search.problem import Problem
 
 

@@ -15,7 +15,7 @@ from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
 from planner.futures.none import NO_TARGETS
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.mission.replan import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
 from planner.network.place_words import Where

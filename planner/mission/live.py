@@ -13,7 +13,7 @@ from planner.flight.plan import Plan
 from planner.mission.news_words import Heard
 from planner.mission.online import Mission
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import budget_of
+from planner.mission.planning import budget_of
 from planner.mission.replan import Replanned, Resumed, Standing
 from planner.scenario.news import FoundNews
 from planner.search.methods import Method, method_named

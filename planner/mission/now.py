@@ -37,7 +37,8 @@ from planner.mission.now_events import (
 )
 from planner.mission.now_unknowns import unknowns
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import Recorder, budget_of, needs_holdout, problem_of
+from planner.mission.planning import budget_of, needs_holdout, problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import Attempt, attempted
 from planner.network.street_names import crossing, nearest_node
 from planner.scenario.toml_text import toml_text

@@ -12,7 +12,8 @@ from planner.futures.futures import Futures
 from planner.futures.record import Note
 from planner.futures.store import Recording
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, holdout_for
+from planner.mission.planning import holdout_for
+from planner.mission.recorder import Recorder
 from planner.mission.replan import (
     Replanned,
     Resumed,

@@ -8,7 +8,8 @@ from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.futures.none import NO_TARGETS
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, holdout_for, problem_of
+from planner.mission.planning import holdout_for, problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import attempted
 from planner.progress import Progress, silent
 from planner.search.methods import Method

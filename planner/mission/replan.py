@@ -22,7 +22,8 @@ from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.mission.news import refuse_unlikely, search_of
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import Recorder, problem_of
+from planner.mission.planning import problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import Attempt, attempted
 from planner.scenario.faults import faults_of
 from planner.scenario.news import MOST_NEWS, News, NewsSection, ReportNews

@@ -10,7 +10,8 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.sensor import Sensor
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
-from planner.mission.recorder import Recorder, budget_of, make_plan, problem_of
+from planner.mission.planning import budget_of, make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.search.methods import Method
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs

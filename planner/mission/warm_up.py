@@ -10,7 +10,8 @@ from planner.errors import NotApplicableError
 from planner.futures.kernels.thinning import SampleColumns, farthest_reach
 from planner.mission.guess import planning_guess
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import Recorder, holdout_for, problem_of
+from planner.mission.planning import holdout_for, problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import try_method
 from planner.progress import Progress, silent
 from planner.search.methods import METHODS, Method, method_named

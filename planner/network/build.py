@@ -10,10 +10,11 @@ from xml.sax.saxutils import escape
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError, OutputError
 from planner.files import written_whole
-from planner.guard import opened, xml_elements
+from planner.guard import opened
 from planner.network.names import refuse_unusable_names
 from planner.network.sumo import netconvert, plain_names, sumo_version
 from planner.scenario.sections import OF_OSM
+from planner.xml_guard import xml_elements
 
 log = logging.getLogger(__name__)
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats
-from planner.guard import elements_in
 from planner.network.sumo import CAR
+from planner.xml_guard import elements_in
 
 ELEMENTS = re.compile(rb"<(?:connection|tlLogic|phase|lane)[\s/>]")
 

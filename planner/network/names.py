@@ -6,8 +6,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from planner.errors import InputError
-from planner.guard import xml_elements
 from planner.messages import as_written
+from planner.xml_guard import xml_elements
 
 UNUSABLE = re.compile(r"[ \t\n\r|\\;,']")
 MOST = 20  # names in a message

@@ -4,9 +4,10 @@ import re
 from pathlib import Path
 
 from planner.errors import InputError
-from planner.guard import BLOCK, kind_of_xml, opened_xml, xml_elements
+from planner.guard import BLOCK
 from planner.network.build import import_osm
 from planner.scenario.sections import OF_OSM
+from planner.xml_guard import kind_of_xml, opened_xml, xml_elements
 
 NET, OSM, CONFIGURATION = "net", "osm", "configuration"  # root elements; of the last the end
 NET_OPTIONS = ("net-file", "net", "n")  # by which a configuration names its net

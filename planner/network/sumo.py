@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import InputError, SumoError, is_short_of_memory
-from planner.guard import elements_in
 from planner.interrupts import undone_if_stopped
 from planner.locks import temporary_folder
 from planner.messages import as_written
+from planner.xml_guard import elements_in
 
 log = logging.getLogger(__name__)
 

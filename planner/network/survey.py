@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints
-from planner.guard import elements_in
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, named_share
+from planner.xml_guard import elements_in
 
 COUNTED = re.compile(rb"<(?:tlLogic|roundabout)[\s/>]")
 SAME_M = 0.01  # ends of edges that are one place

@@ -8,7 +8,8 @@ from typing import Any
 from planner.bounds.certificate import Effort, certified, gap_of
 from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
-from planner.mission.recorder import Recorder, holdout_for, make_plan, problem_of
+from planner.mission.planning import holdout_for, make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.search.methods import method_named
 from planner.search.stop import WorkDone
 

@@ -11,7 +11,8 @@ import numpy as np
 from planner.arrays import Floats
 from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
-from planner.mission.recorder import Recorder, make_plan, problem_of
+from planner.mission.planning import make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.search.exact import OrderValues, enumerate_orders
 from planner.search.methods import method_named
 from planner.search.plan import plan_of_legs

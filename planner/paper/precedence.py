@@ -13,7 +13,8 @@ from planner.experiments.condition import Condition
 from planner.experiments.target_sets import targets_of
 from planner.flight.legs import Legs, legs_named
 from planner.flight.plan import Plan
-from planner.mission.recorder import Recorder, problem_of
+from planner.mission.planning import problem_of
+from planner.mission.recorder import Recorder
 from planner.network.road_network import RoadNetwork
 from planner.network.topology import sources
 from planner.search.exhaustive import breadth_first_search, topological_search

@@ -13,9 +13,10 @@ from typing import Any
 
 from planner.errors import Fault, InputError
 from planner.files import RECORD, shipped, shipped_names
-from planner.guard import LARGEST_JSON, kind_of_xml, parsed_json, parsed_toml, read_text
+from planner.guard import LARGEST_JSON, parsed_json, parsed_toml, read_text
 from planner.messages import as_written, suggestion
 from planner.scenario.toml_twice import twice
+from planner.xml_guard import kind_of_xml
 
 FILE = "scenario.toml"
 FROM_RUN = "_from_run"  # ends the key of a path that starts at the folder of a run

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from planner.errors import InputError
 from planner.futures.fcd_formats import Rows, read_rows
-from planner.guard import kind_of_xml
 from planner.telemetry.autopilots import PLACES, read_autopilot
 from planner.telemetry.log import TrackLog, log_of
 from planner.telemetry.texts import first_line, read_csv, read_gpx
+from planner.xml_guard import kind_of_xml
 
 KNOWN = "give GPX, CSV, SUMO's FCD, or an autopilot's .tlog or .bin"
 

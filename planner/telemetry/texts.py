@@ -8,10 +8,11 @@ from typing import Any
 
 from planner.clock import moment, seconds
 from planner.errors import InputError
-from planner.guard import read_text, unpacked, xml_elements
+from planner.guard import read_text, unpacked
 from planner.messages import as_written
 from planner.parquet import refuse_twice
 from planner.telemetry.log import LARGEST, TrackLog, log_of
+from planner.xml_guard import xml_elements
 
 # What columns are called, in small letters, by what they are. The first one that is there is taken.
 NAMES = {

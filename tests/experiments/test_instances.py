@@ -16,7 +16,8 @@ from planner.experiments.instances import (
     read_instances,
 )
 from planner.flight.legs import leg_names, legs_named
-from planner.mission.recorder import Recorder, make_plan, problem_of
+from planner.mission.planning import make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.search.methods import METHODS, method_named
 from support.command_line import Commands
 from support.instances import figure3

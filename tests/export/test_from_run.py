@@ -19,7 +19,8 @@ from planner.flight.law import timed
 from planner.flight.plan import Plan
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.plan_file import StoredPlan
-from planner.mission.recorder import Recorder, make_plan, problem_of
+from planner.mission.planning import make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.network.georeference import xy_of_lonlat
 from planner.scenario.aircraft_file import with_aircraft
 from planner.search.methods import method_named

@@ -9,8 +9,8 @@ from planner.errors import SumoError
 from planner.futures import demand
 from planner.futures.demand import Demand, demand_routes
 from planner.futures.warm_up import Warm, breakdown
-from planner.guard import xml_elements
 from planner.mission.opening import OpenScenario, open_scenario
+from planner.xml_guard import xml_elements
 from support.sumo_instances import town
 from support.user_traffic import told, write_traffic
 

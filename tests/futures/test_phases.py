@@ -12,7 +12,8 @@ from planner.belief.sampling import SETTLED_S, sample
 from planner.detection.evaluate import evaluate
 from planner.futures.record import record
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import Recorder, make_plan, problem_of
+from planner.mission.planning import make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.network.signals import signal_cycle_s
 from planner.search.methods import method_named
 from planner.streams import stream

@@ -11,9 +11,9 @@ from planner.errors import InputError, ScenarioError
 from planner.futures import workers
 from planner.futures.sumo_config import DEVICES, NAMES, read_config
 from planner.futures.traffic import Permit, realisation_seed
-from planner.guard import xml_elements
 from planner.mission.opening import open_scenario
 from planner.network.sumo import binary
+from planner.xml_guard import xml_elements
 from support.data import data_file
 from support.user_traffic import CONFIG, seen_of, told, traffic_at, write_traffic
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from planner import guard
+from planner import xml_guard
 from planner.errors import InputError
 from planner.futures.traffic import Permit, traffic_options
 from planner.futures.traffic_files import ELEMENT, SUSPECTS, InputFiles
-from planner.guard import xml_elements
 from planner.locks import temporary_folder
 from planner.network.read import read_net
 from planner.network.sumo import binary, sumo_environment, sumo_home
+from planner.xml_guard import xml_elements
 from support.sumo_instances import town
 from support.user_traffic import seen_of, traffic_at, write_traffic
 
@@ -215,14 +215,14 @@ def test_files_that_name_nothing_are_not_copied(tmp_path: Path) -> None:
 def test_a_suspect_is_seen_wherever_it_is_read_in_two(
     suspect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guard, "BLOCK", 128)
+    monkeypatch.setattr(xml_guard, "BLOCK", 128)
     file = tmp_path / "a.xml"
     for shift in range(130):
         ordinary = f"<routes>{' ' * shift}{'<vehicle/><routeDistribution/>' * 8}"
         file.write_text(f"{ordinary}</routes>")
-        assert not guard.holds(file, SUSPECTS)
+        assert not xml_guard.holds(file, SUSPECTS)
         file.write_text(f"{ordinary}{suspect}{'<vehicle/>' * 30}</routes>")
-        assert guard.holds(file, SUSPECTS)
+        assert xml_guard.holds(file, SUSPECTS)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 
 from planner.errors import ScenarioError
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from support.grid_instance import grid_futures
 
 REAL = (

@@ -5,7 +5,8 @@ import pytest
 
 from planner.errors import ScenarioError
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import Recorder, make_plan
+from planner.mission.planning import make_plan
+from planner.mission.recorder import Recorder
 from planner.search.methods import method_named
 
 SMALL = ("search.particles=20", "search.work=500")

@@ -5,7 +5,8 @@ import pytest
 
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import Recorder, budget_of, make_plan
+from planner.mission.planning import budget_of, make_plan
+from planner.mission.recorder import Recorder
 from planner.search import dashes
 from planner.search.methods import method_named
 from planner.search.problem import Problem

@@ -12,7 +12,7 @@ from planner.flight.track import Track
 from planner.mission.follow import contact
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.mission.replan import Standing, resumed, with_news
 from planner.scenario.news import ReportNews
 from planner.search.methods import method_named

@@ -17,7 +17,7 @@ from planner.files import shipped
 from planner.futures.state_at import State
 from planner.mission.certificate_file import net_content, sha256_of_net
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.network import sumo
 from planner.network.sumo import sumo_file, sumo_home
 from planner.report.picture import plan_picture, where_picture

@@ -11,7 +11,8 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError, NotApplicableError, ScenarioError
 from planner.mission.areas import airspace_of
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.recorder import Recorder, make_plan, problem_of
+from planner.mission.planning import make_plan, problem_of
+from planner.mission.recorder import Recorder
 from planner.mission.trial import try_method
 from planner.network.georeference import lonlat
 from planner.scenario.draft import read_scenario

@@ -10,7 +10,7 @@ from planner.detection.evaluate import evaluate
 from planner.flight.pieces import Piece
 from planner.futures.state_at import State
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.network.road_network import RoadNetwork
 from planner.report.maps import View
 from planner.report.picture import plan_picture

@@ -11,7 +11,7 @@ from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.page.shown import Shown
 from planner.search.plan import plan_of_waypoints
 

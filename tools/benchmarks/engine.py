@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.ways import U0_KM
 from planner import GreedyOptions, Problem, Recorder, evaluate, greedy, make_plan, method_named
 from planner import open_scenario as open_any
-from planner.mission.recorder import budget_of, problem_of
+from planner.mission.planning import budget_of, problem_of
 from planner.search.exact import best_order
 from planner.search.problem import candidate_legs
 from planner.search.what_if import WhatIf, index_of, indexed

@@ -31,7 +31,7 @@ from planner.flight.law import FlightLaw, timed
 from planner.flight.plan import FlownLeg, Plan
 from planner.futures.futures import Futures
 from planner.intervals import NORMAL_95
-from planner.mission.recorder import budget_of, problem_of
+from planner.mission.planning import budget_of, problem_of
 from planner.search.dashes import portfolio
 from planner.search.plan import plan_of_waypoints
 from planner.search.problem import Problem

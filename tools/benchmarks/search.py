@@ -38,7 +38,7 @@ from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 
 MOST_SPREAD_S = 6.0  # standard deviation from seed to seed
 LEAST_FOUND = 0.999

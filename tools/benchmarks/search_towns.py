@@ -25,7 +25,7 @@ from planner import OpenScenario, evaluate, method_named, open_scenario, sample,
 from planner.futures.futures import Futures
 from planner.futures.kinematic import kinematic_futures
 from planner.futures.record import record
-from planner.mission.recorder import problem_of
+from planner.mission.planning import problem_of
 from planner.network.signals import signals_of
 from planner.search.problem import Budget, Problem
 from planner.search.what_if import indexed
