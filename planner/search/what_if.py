@@ -14,20 +14,14 @@ from planner.detection.survival import survival
 from planner.flight.law import FlightLaw
 from planner.flight.legs import Legs
 from planner.futures.futures import Futures, Pieces
+from planner.search.kernels.along_roads import LegColumns, SearchIndex
 from planner.search.kernels.ceilings import Doubt, ceilings
 from planner.search.kernels.motion import ParticleMotion, motion_of
 from planner.search.kernels.passages import PassageColumns, RoadShapes, all_passages, in_order
 from planner.search.kernels.ticks import TimedLegs, seen_by_ticks
 from planner.search.kernels.transits import Transits, bearings_of
 from planner.search.kernels.turning import Turning
-from planner.search.kernels.what_if import (
-    Candidates,
-    LegColumns,
-    SearchIndex,
-    fly_all,
-    judged,
-    score_all,
-)
+from planner.search.kernels.what_if import Candidates, fly_all, judged, score_all
 from planner.search.kernels.windows import Departure, Sensing
 from planner.search.problem import Problem
 from planner.search.state import SearchState

@@ -12,15 +12,11 @@ from planner.arrays import Floats, Ints, Offsets
 from planner.detection.kernels.closest_approach import Rows
 from planner.detection.kernels.worth import reward_of
 from planner.jit import compiled
+from planner.search.kernels.along_roads import SearchIndex
+from planner.search.kernels.contacts import passed_by
 from planner.search.kernels.transits import Transits
 from planner.search.kernels.turning import REST, Turning, loss_on_way
-from planner.search.kernels.what_if import (
-    Candidates,
-    SearchIndex,
-    fly_all,
-    passed_by,
-    score_all,
-)
+from planner.search.kernels.what_if import Candidates, fly_all, score_all
 from planner.search.kernels.windows import Departure
 
 PARENT, LEG, NEXT, SLOT = 0, 1, 2, 3  # NEXT: in the bucket's chain; SLOT: of the unseen

@@ -13,8 +13,9 @@ from planner.arrays import Floats
 from planner.detection.kernels.closest_approach import Window
 from planner.detection.kernels.worth import reward_of
 from planner.jit import compiled
+from planner.search.kernels.along_roads import SearchIndex
 from planner.search.kernels.transits import Transits, first_from
-from planner.search.kernels.what_if import Candidates, SearchIndex
+from planner.search.kernels.what_if import Candidates
 from planner.search.kernels.windows import ENTER, LEAVE, LOW, WIDE, Departure, all_windows
 
 SECTORS = 128  # of the compass

@@ -28,6 +28,7 @@ from planner.search.kernels.cells import (
     resting_by_cell,
     slab_at,
 )
+from planner.search.kernels.contacts import passed_by
 from planner.search.kernels.motion import (
     BEGIN,
     END,
@@ -39,7 +40,6 @@ from planner.search.kernels.motion import (
     place_in,
 )
 from planner.search.kernels.passages import Box, cell_range, padded
-from planner.search.kernels.what_if import passed_by
 
 
 class CellIndex(NamedTuple):

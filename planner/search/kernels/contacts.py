@@ -102,3 +102,9 @@ def contacts_on(
             return found
         now_s = until_s
         k += 1
+
+
+@compiled
+def passed_by(from_s: float, to_s: float, rate_per_s: float) -> float:
+    """Return the probability that a contact misses a particle."""
+    return 0.0 if rate_per_s == np.inf else float(np.exp(-rate_per_s * (to_s - from_s)))

@@ -13,7 +13,7 @@ from planner.detection.kernels.closest_approach import (
     motion_at,
 )
 from planner.jit import compiled
-from planner.search.kernels.what_if import LegColumns, SearchIndex
+from planner.search.kernels.along_roads import LegColumns, SearchIndex
 from planner.search.kernels.windows import Departure
 
 

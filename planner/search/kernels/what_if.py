@@ -15,23 +15,26 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import Rows, Window, last_at_or_before
-from planner.detection.kernels.worth import Goal, reward_of, worth_of, worth_of_contact
+from planner.detection.kernels.closest_approach import Rows, Window
+from planner.detection.kernels.worth import reward_of, worth_of, worth_of_contact
 from planner.jit import compiled
+from planner.search.kernels.along_roads import (
+    RoadFlight,
+    SearchIndex,
+    contacts_along,
+    first_meeting_along,
+)
 from planner.search.kernels.contacts import (
     Contacts,
     PiecesAhead,
-    contacts_on,
     emptied,
     found_so_far,
     no_contacts,
+    passed_by,
     with_room,
 )
 from planner.search.kernels.motion import (
     END,
-    Course,
-    ParticleMotion,
-    first_meeting,
     piece_from,
 )
 from planner.search.kernels.passages import PassageColumns
@@ -43,29 +46,7 @@ from planner.search.kernels.transits import (
     ray_sightings,
     rays_to,
 )
-from planner.search.kernels.windows import Departure, Sensing
-
-
-class LegColumns(NamedTuple):
-    """The polylines of all legs, as they are flown."""
-
-    first_point: Offsets  # (L + 1,) where a leg's points start
-    after_s: Floats  # (Q,) seconds from the leg's start to the point
-    x_m: Floats  # (Q,) metres
-    y_m: Floats  # (Q,) metres
-    vx_mps: Floats  # (Q,) m/s, from the point on
-    vy_mps: Floats  # (Q,) m/s
-
-
-class SearchIndex(NamedTuple):
-    """A problem, laid out so that what-if flights find what they pass."""
-
-    motion: ParticleMotion
-    passages: PassageColumns
-    legs: LegColumns
-    sensing: Sensing
-    weight: Floats  # (N,) probability of each particle
-    goal: Goal
+from planner.search.kernels.windows import Departure
 
 
 class Candidates(NamedTuple):
@@ -91,13 +72,6 @@ class Marks(NamedTuple):
     flight: int  # the mark of the flight at hand
 
 
-class RoadFlight(NamedTuple):
-    """A flight along a road."""
-
-    leg: int
-    start_s: float  # when it begins
-
-
 class Flights(NamedTuple):
     """What C flights see, as ``Contacts`` has it."""
 
@@ -117,12 +91,6 @@ class Earnings(NamedTuple):
 
 
 @compiled
-def passed_by(from_s: float, to_s: float, rate_per_s: float) -> float:
-    """Return the probability that a contact misses a particle."""
-    return 0.0 if rate_per_s == np.inf else float(np.exp(-rate_per_s * (to_s - from_s)))
-
-
-@compiled
 def passages_within(passages: PassageColumns, entry: int, span: Window) -> Rows:
     """Return those of a list's passages that may touch a time span."""
     first, latest_s = passages.first, passages.latest_s
@@ -130,65 +98,6 @@ def passages_within(passages: PassageColumns, entry: int, span: Window) -> Rows:
     begin = first_from(latest_s, span.from_s, first[entry], first[entry + 1])
     after_s = np.nextafter(span.to_s, np.inf)
     return Rows(begin, first_from(passages.from_s, after_s, begin, first[entry + 1]))
-
-
-@compiled
-def first_meeting_along(
-    road: RoadFlight, window: Window, ahead: PiecesAhead, index: SearchIndex
-) -> float:
-    """Return when a flight along a road first has a particle within the radius, inf: never.
-
-    ``ahead`` is the particle's motion from the window's start on.
-    """
-    pieces, radius_m = index.motion.pieces, index.sensing.radius_m
-    first_point, after_s, x_m, y_m, vx_mps, vy_mps = index.legs
-    leg, start_s = road
-    from_s, to_s = window
-    _, k, last_piece = ahead
-    last = first_point[leg + 1] - 1
-    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
-    while True:
-        begin_s = start_s + after_s[i]
-        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
-        course = Course(x_m[i], y_m[i], vx_mps[i], vy_mps[i], begin_s)
-        seen_s = first_meeting(course, Window(from_s, leaves_s), pieces, k, radius_m)
-        i += 1
-        if seen_s < np.inf or i >= last:
-            return seen_s
-        from_s = start_s + after_s[i]
-        if from_s > to_s:
-            return np.inf
-        k = piece_from(pieces, k, last_piece, from_s)
-
-
-@compiled
-def contacts_along(
-    road: RoadFlight, window: Window, ahead: PiecesAhead, index: SearchIndex, found: Contacts
-) -> Contacts:
-    """Return the same contacts, and those of a flight along a road with a particle in a window.
-
-    As `first_meeting_along`, for a sensor that may miss.
-    """
-    pieces, radius_m = index.motion.pieces, index.sensing.radius_m
-    first_point, after_s, x_m, y_m, vx_mps, vy_mps = index.legs
-    leg, start_s = road
-    from_s, to_s = window
-    who, k, last_piece = ahead
-    last = first_point[leg + 1] - 1
-    i = last_at_or_before(after_s, first_point[leg], last, from_s - start_s)
-    while True:
-        begin_s = start_s + after_s[i]
-        leaves_s = min(to_s, start_s + after_s[i + 1]) if i + 1 < last else to_s
-        course = Course(x_m[i], y_m[i], vx_mps[i], vy_mps[i], begin_s)
-        here = PiecesAhead(who, k, last_piece)
-        found = contacts_on(course, Window(from_s, leaves_s), pieces, here, radius_m, found)
-        i += 1
-        if i >= last:
-            return found
-        from_s = start_s + after_s[i]
-        if from_s > to_s:
-            return found
-        k = piece_from(pieces, k, last_piece, from_s)
 
 
 @compiled
