@@ -146,7 +146,8 @@ def prospects_lines(found: Prospects) -> list[str]:
     moments = [f"{share:.0%} by {clock(moment_s)}" for moment_s, share in found.gone_by]
     by_end = f"{found.gone:.0%} by {clock(found.ceiling.objective.horizon_s)}"
     left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
-    at_most = f"no flight finds more of them than {found.ceiling.detection_probability:.1%}"
+    most = found.ceiling.detection_probability / found.ceiling.objective.sought
+    at_most = f"no flight finds more of them than {most:.1%}"
     lines = [f"{left}; {at_most} (each chased alone)"]
     if found.many_leave:
         lines.append(
