@@ -13,7 +13,7 @@ from planner.export.directions import HEADING
 from planner.export.formats import Wanted
 from planner.export.from_run import RunFlight
 from planner.export.parameters import lean_note, parameters
-from planner.messages import plain
+from planner.messages import percent, plain
 from planner.mission.plan_file import figures
 
 NOT_CERTIFIED = (
@@ -126,7 +126,7 @@ class Summary:
             found = self.worth.line.evaluation.found_by_probability(horizon_s)
             said.append(
                 "apps that fly a line, such as DJI's with flight.kml, hold nowhere: scored without "
-                f"holds, {found:.1%} are found by {clock(horizon_s)}"
+                f"holds, {percent(found)} are found by {clock(horizon_s)}"
             )
         return said
 
@@ -138,12 +138,12 @@ class Summary:
             one.evaluation.found_by_probability(horizon_s)
             for one in (self.worth.planned, self.worth.written)
         )
-        part = f", {(planned - by_hand) / planned:.0%} of it" if planned > 0.0 else ""
         points = round(100.0 * (planned - by_hand), 1)
         if points == 0.0:
-            return f"flown by hand it finds as many as planned, {planned:.1%}"
+            return f"flown by hand it finds as many as planned, {percent(planned)}"
+        part = f", {percent((planned - by_hand) / planned, 0)} of it" if points > 0.0 else ""
         change = f"loses {points:.1f}" if points > 0.0 else f"gains {-points:.1f}"
-        return f"flown by hand it {change} points of the {planned:.1%} planned{part * (points > 0)}"
+        return f"flown by hand it {change} points of the {percent(planned)} planned{part}"
 
     @property
     def _legs(self) -> list[str]:
@@ -182,7 +182,7 @@ class Summary:
             ("expected detection time", *times),
         ]
         for time_s in sorted({*(s for s in (*BY_S, by_s) if s < horizon_s), horizon_s}):
-            shares = [f"{one.found_by_probability(time_s):.1%}" for one in pair]
+            shares = [percent(one.found_by_probability(time_s)) for one in pair]
             rows.append((f"found by {clock(time_s)}", *shares))
         return [f"{name:<24}{one:>12}{other:>12}" for name, one, other in rows]
 

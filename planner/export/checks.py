@@ -11,7 +11,7 @@ from planner.errors import InputError
 from planner.export.from_run import RunFlight
 from planner.flight.separation import BESIDE_M, MISTIMED, too_near_s
 from planner.flight.turning import tight_corners
-from planner.messages import counted
+from planner.messages import counted, percent
 from planner.scenario.fleet import APART_M
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
@@ -66,7 +66,7 @@ def too_near(runs: Sequence[RunFlight], names: Sequence[str]) -> Iterator[str]:
             yield (
                 f"{names[one]} and {names[other]} may be nearer than {APART_M:g} m in height and "
                 f"{BESIDE_M:g} m beside each other from {clock(near_s)} on, if times are off by "
-                f"{MISTIMED:.0%}; start and land {BESIDE_M:g} m apart, or take off later "
+                f"{percent(MISTIMED, 0)}; start and land {BESIDE_M:g} m apart, or take off later "
                 "(uav.take_off_s)"
             )
 

@@ -117,7 +117,7 @@ def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
     assert text.startswith("The height, 100 m, is above the launch point, and flat ground")
     assert "research software, not certified" in text
     lost = 1.0 - found.detection_probability
-    assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0% planned" in text
+    assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0 % planned" in text
     assert "as planned     by hand" in text
     assert "  3. " in text
     assert "    begins   length  bearing" in text
@@ -125,7 +125,7 @@ def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
     better = Summary(flown, wanted, (), Worth(worth.written, worth.planned)).text
     assert "flown by hand it gains" in better
     same = Summary(flown, wanted, (), Worth(worth.written, worth.written)).text
-    assert f"finds as many as planned, {found.detection_probability:.1%}" in same
+    assert f"finds as many as planned, {100 * found.detection_probability:.1f} %" in same
     assert f"in the air for {clock(flown.lasts_s)}, as planned" in same
 
 
