@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.checked import number, set_fields
+from planner.messages import percent
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Objective:
 
     def as_text(self, value: float) -> str:
         """Return a figure of the objective for people."""
-        return f"{value:,.0f} s" if self.by_s is None else f"{value:.1%} found"
+        return f"{value:,.0f} s" if self.by_s is None else f"{percent(value)} found"
 
     def is_better(self, one: float, other: float) -> bool:
         """Tell whether one figure of the objective is better than another."""

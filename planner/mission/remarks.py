@@ -6,10 +6,12 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.belief.mixture import parts_of
+from planner.mission.aircraft import aircraft_of, never_flown, not_kept
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.network.survey import reach_m
 from planner.scenario.checks import slow_uav_warning
+from planner.scenario.fleet import named_for
 
 YARD_SHARE = 0.05  # of the net's metres: who gets to less, and not off the map, is shut in
 FAR_M = 2000.0  # from any road
@@ -24,6 +26,7 @@ def scenario_remarks(opened: OpenScenario) -> list[str]:
         *_few(opened),
         *_yards(opened),
         *_far(opened),
+        *_not_exported(opened),
         *opened.notes,
     ]
 
@@ -63,6 +66,23 @@ def _far(opened: OpenScenario) -> Iterator[str]:
         away_m = off_roads_m(opened.network, np.array(place))
         if away_m > FAR_M:
             yield f"{key}: lies {away_m / 1000:,.1f} km from the nearest road"
+
+
+def _not_exported(opened: OpenScenario) -> Iterator[str]:
+    """Yield why `planner export` will refuse any plan, where a flight of a real drone is planned.
+
+    On abstract nets that is one of which something is said: the paper's is not meant to be flown.
+    """
+    uavs = opened.scenario.uavs
+    for number, uav in enumerate(uavs):
+        aircraft = aircraft_of(uav)
+        if aircraft is None and opened.network.is_abstract:
+            continue
+        faults = [*never_flown(uav)]
+        if aircraft is not None:
+            faults += not_kept(aircraft.law, climbs=uav.in_air is None)
+        for fault in named_for(f"uav[{number}]" if len(uavs) > 1 else "uav", faults):
+            yield f"`planner export` will refuse a plan: {fault}"
 
 
 def off_roads_m(network: RoadNetwork, xy_m: Floats) -> float:

@@ -10,6 +10,7 @@ from planner.clock import clock
 from planner.export.gui_settings import write_for_gui
 from planner.flight.plan import Plan
 from planner.futures.store import Recording
+from planner.messages import percent
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
 from planner.mission.run_folder import EVALUATION, PICTURE, PLAN
@@ -126,7 +127,7 @@ def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
     evaluation = record.evaluation
     share = float(evaluation.found_by(evaluation.objective.horizon_s)[0])
     if evaluation.survival is not None and not evaluation.found[0]:
-        return f"found with probability {share:.0%}: more likely missed than not"
+        return f"found with probability {percent(share, 0)}: more likely missed than not"
     if not evaluation.found[0]:
         return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
     before = evaluation.seen_at[0] < evaluation.end_s[0]
@@ -137,7 +138,7 @@ def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
     found = f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
     if evaluation.survival is not None:
         likely = f"more likely than not after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
-        return f"found with probability {share:.0%}, {likely}"
+        return f"found with probability {percent(share, 0)}, {likely}"
     return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
 
 
