@@ -18,6 +18,7 @@ from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.messages import percent
 from planner.progress import Progress, silent
 from planner.search.problem import Problem
 from planner.search.result import TracePoint
@@ -143,7 +144,7 @@ class _SoFar:
         gap = gap_of(self.value, bound)
         if not self.trace or self.trace[-1].value != bound:
             self.trace.append(TracePoint(self._steps, bound))
-        note = f"value {self.value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        note = f"value {self.value:,.6g}, bound {bound:,.6g}, gap {percent(gap)}"
         self.effort.on_progress(self._steps, STEPS, note)
         return gap <= self.effort.gap or self.is_late()
 

@@ -6,6 +6,7 @@ from functools import partial
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import Drive, recorded
+from planner.messages import percent
 from planner.mission.alarms import Alarms, compared
 from planner.mission.live import BEST
 from planner.mission.online import Mission, Remembering
@@ -33,7 +34,7 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     gaps = [alarms.gaps_s(horizon_s, stream(seed, "alarms", number)) for number in range(many)]
     with progress_bar("flying with false alarms") as progress:
         found = compared(mission, targets, gaps, lasts_s, progress)
-    low, high = found.interval if many > 1 else (float("-inf"), float("inf"))
+    low, high = found.interval
     late_s, anew_s = sum(found.late_s) / many, sum(found.anew_s) / many
     without_s = stored.evaluated["expected_detection_time_s"]
     summary = {
@@ -51,8 +52,8 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     )
     worth = (
         f"expected detection {late_s:,.0f} s if the plan is flown late, {anew_s:,.0f} s if planned "
-        f"anew after each: {found.saved:.1%} less (95 %: {low:.1%} .. {high:.1%}, paired); "
-        f"{without_s:,.0f} s without alarms"
+        f"anew after each: {percent(found.saved)} less (95 %: {percent(low)} .. {percent(high)}, "
+        f"paired); {without_s:,.0f} s without alarms"
     )
     print_result(arguments, summary, [said, worth])
     return 0

@@ -12,6 +12,7 @@ from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, sha
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.interrupts import first_interrupt_asks
+from planner.messages import percent
 
 if TYPE_CHECKING:
     from planner.bounds.certificate import Certificate
@@ -95,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
         summary = stays.content()
     lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
     if kept:
-        lines.insert(1, f"the earlier bound is better and stays: gap {summary['gap']:.1%}")
+        lines.insert(1, f"the earlier bound is better and stays: gap {percent(summary['gap'])}")
     if limit is not None and opened.scenario.truth == opened.scenario.target:
         lines.append(world_line(limit, stored.evaluated, problem.objective.by_s))
     print_result(arguments, summary, [*lines, f"written to {run_folder}"])

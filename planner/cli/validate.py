@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.cli.arguments import add_backend, add_scenario, count, moment, path
 from planner.cli.printing import print_result
+from planner.messages import percent
 
 if TYPE_CHECKING:
     from planner.arrays import Ints
@@ -112,9 +113,9 @@ def _table(found: "Validation") -> Any:
         table.add_row(
             check.measure,
             f"{check.time_s:g} s",
-            f"{check.covered:.1%}",
-            f"{check.coverage.off:+.1%} +- {check.coverage.half:.1%}{flagged}",
-            "" if ratio is None else f"{ratio.off:+.1%} +- {ratio.half:.1%}",
+            percent(check.covered),
+            f"{percent(check.coverage.off, sign=True)} +- {percent(check.coverage.half)}{flagged}",
+            "" if ratio is None else f"{percent(ratio.off, sign=True)} +- {percent(ratio.half)}",
         )
     return table
 

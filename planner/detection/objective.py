@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.checked import number, set_fields, whole
+from planner.messages import percent
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,8 @@ class Objective:
         """Return a figure of the objective for people."""
         if self.by_s is None:
             return f"{value:,.0f} s"
-        return f"{value:.1%} found" if self.sought == 1 else f"{value:.2f} of {self.sought} found"
+        many = percent(value) if self.sought == 1 else f"{value:.2f} of {self.sought}"
+        return f"{many} found"
 
     def is_better(self, one: float, other: float) -> bool:
         """Tell whether one figure of the objective is better than another."""

@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.several import find_of, first_and_last
-from planner.report.formats import Column, FittingTable, percent
+from planner.messages import percent
+from planner.report.formats import Column, FittingTable
 
 
 def targets_table(

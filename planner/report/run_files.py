@@ -11,6 +11,7 @@ from planner.export.gui_settings import write_for_gui
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
+from planner.messages import percent
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
 from planner.mission.run_folder import EVALUATION, PICTURE, PLAN
@@ -147,7 +148,7 @@ def mission_line(record: MissionRecord, k: int = 0, *, in_town: bool = False) ->
     evaluation = record.evaluation
     share = float(evaluation.found_by(evaluation.objective.horizon_s)[k])
     if evaluation.survival is not None and not evaluation.found[k]:
-        return f"found with probability {share:.0%}: more likely missed than not"
+        return f"found with probability {percent(share, 0)}: more likely missed than not"
     if not evaluation.found[k]:
         return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
     before = evaluation.seen_at[k] < evaluation.end_s[k]
@@ -158,7 +159,7 @@ def mission_line(record: MissionRecord, k: int = 0, *, in_town: bool = False) ->
     found = f"found after {evaluation.seen_at[k]:,.0f} s {where}{leg}"
     if evaluation.survival is not None:
         likely = f"more likely than not after {evaluation.seen_at[k]:,.0f} s {where}{leg}"
-        return f"found with probability {share:.0%}, {likely}"
+        return f"found with probability {percent(share, 0)}, {likely}"
     return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
 
 

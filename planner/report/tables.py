@@ -15,7 +15,7 @@ from planner.flight.legs import leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.simplified import told_knots
 from planner.flight.track import Track
-from planner.messages import counted
+from planner.messages import counted, percent
 from planner.mission.trial import Trial
 from planner.network.georeference import coordinates, is_georeferenced
 from planner.network.road_network import RoadNetwork
@@ -28,7 +28,7 @@ from planner.report.finds import (
     span_of,
     timed,
 )
-from planner.report.formats import Column, FittingTable, percent
+from planner.report.formats import Column, FittingTable
 from planner.search.methods import is_pattern
 
 BEFORE_GOAL = "found before its goal"
