@@ -109,3 +109,24 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
         '--found: target: "green" is none of the targets; known: target 0, blue'
         in capsys.readouterr().err
     )
+
+
+def test_where_tells_of_each_target(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = [str(run / RECORD), "--at", "900", "--json", "-o", str(tmp_path / "where")]
+    assert main(["where", *place]) == 0
+    content = json.loads(capsys.readouterr().out)["targets"]
+    assert [one["target"] for one in content] == ["target 0", "blue"]
+    for one, present in zip(content, (1.0, 0.8), strict=True):
+        assert sum(road["probability"] for road in one["roads"]) == pytest.approx(present)
+        assert one["elsewhere_probability"] == pytest.approx(1.0 - present)
+    with (tmp_path / "where" / "where.csv").open() as file:
+        assert {row["target"] for row in csv.DictReader(file)} == {"target 0", "blue"}
+
+
+def test_the_page_tells_targets_apart(run: Path) -> None:
+    page = (run / "page.html").read_text()
+    assert "There are 2 targets: odds and times above are of one of them, on average." in page
+    for words in ("blue may be here", "All of them: found ", 'class="targets t1"', '"kind":"'):
+        assert words in page
