@@ -11,7 +11,7 @@ from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.network.survey import reach_m
 from planner.scenario.checks import slow_uav_warning
-from planner.scenario.fleet import named_for
+from planner.scenario.listed import named_for
 
 YARD_SHARE = 0.05  # of the net's metres: who gets to less, and not off the map, is shut in
 FAR_M = 2000.0  # from any road
