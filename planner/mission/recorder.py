@@ -190,14 +190,19 @@ class Recorder:
 
     def _left(self, drawn: Recording) -> Recording:
         """Return what news leaves of targets; all that it rules out are left out."""
-        if not self.opened.news:
+        if not self._knows_more:
             return drawn
         futures = self._given(drawn.futures)
         return replace(drawn, futures=futures).take(np.flatnonzero(futures.weight))
 
+    @property
+    def _knows_more(self) -> bool:
+        """Whether weights are others than those that targets are drawn with."""
+        return bool(self.opened.news)
+
     def _suffices(self, parts: Sequence[Recording]) -> bool:
         """Return whether news leaves enough of some particles to plan on."""
-        if not self.opened.news:
+        if not self._knows_more:
             return True
         left = self._given(pooled([part.futures for part in parts])).weight
         return draws(left) >= ENOUGH
