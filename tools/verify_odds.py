@@ -57,7 +57,8 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
     known = _particles(particles)
     rows = [(one.weight, *_fate(one, flights, search)) for one in known]
     weight, lasts_s, unseen, unseen_by = np.array(rows).T
-    missing = max(0.0, 1.0 - float(weight.sum()))
+    sought = planned.whole("sought") if "sought" in planned else 1
+    missing = max(0.0, sought - float(weight.sum()))  # of the targets, each of which counts alike
     found = {
         "expected_detection_time_s": weight @ lasts_s + missing * search.horizon_s,
         "detection_probability": weight @ (1.0 - unseen),
