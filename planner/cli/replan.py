@@ -177,10 +177,17 @@ def _resumed(
     """Return the mission from now on."""
     from planner.cli.session import planning_recorded
     from planner.mission import follow
-    from planner.mission.replan import refuse_unlikely_reports, resumed, with_news, without_news
+    from planner.mission.replan import (
+        refuse_long_delay,
+        refuse_unlikely_reports,
+        resumed,
+        with_news,
+        without_news,
+    )
     from planner.network.place_words import where
 
     standing = heard.standing_at(at_s)
+    refuse_long_delay(opened, stored.plan, standing)
     if arguments.lost_at is not None:
         if heard.news:
             raise InputError("--lost-at: is where it was seen last; leave all other news out")
