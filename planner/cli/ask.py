@@ -64,9 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     going_on = mission.heard(Standing(at_s))
     believed = mission.recorder.now(going_on.opened).planning().futures
     targets = ask.fresh_now(mission, going_on, arguments.targets or stored.evaluated["targets"])
-    asked = questions.usual_questions(
-        believed, opened.network, max(at_s, questions.CLASS_S), cameras
-    )
+    asked_s = max(at_s, questions.BEGINS_S)
+    asked = questions.of_a_flight(questions.About(believed, opened.network, asked_s, cameras))
     with progress_bar("questions") as progress:
         found = ask.ask(mission.recorder, going_on, mission.method, asked, targets, progress)
     most_s = ask.most_s(going_on, targets)
