@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -77,6 +78,21 @@ class Condition:
             **({"study": self.study} if self.study else {}),
             **({} if self.own is None else {"planner": self.own.as_dict()}),
         }
+
+
+def horizons_s(conditions: Iterable[Condition]) -> dict[str, float]:
+    """Return when the search of each condition is given up, seconds, by the condition's id."""
+    found: dict[str, float] = {}
+    known: dict[tuple[Any, ...], float] = {}
+    for one in conditions:
+        # Seeds are most of what conditions differ in.
+        where = (one.place, one.preset, one.overrides)
+        if where not in known:
+            place, preset, overrides = where
+            search = read_draft(place, preset=preset, overrides=overrides).search
+            known[where] = math.inf if search is None else search.horizon_s
+        found[one.id] = known[where]
+    return found
 
 
 def credit_of(conditions: Iterable[Condition]) -> dict[str, str]:

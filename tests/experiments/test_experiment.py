@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
+from planner.experiments.condition import horizons_s
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.results import rows_of
@@ -52,6 +53,7 @@ def test_blocks_have_their_own_factors_settings_and_seeds(blocks: Experiment) ->
     conditions = blocks.conditions()
     # The last block's first seed is the first block's.
     assert len(conditions) == 2 * 2 + 2 * 2 * 3 + 2 * 1
+    assert horizons_s(conditions) == {one.id: 3000.0 for one in conditions}
     radius = [c for c in conditions if c.levels["block"] == "radius"]
     assert {c.method for c in radius} == {"greedy"}
     assert {c.overrides[:2] for c in radius} == {("search.horizon_s=3000", "search.depth=5")}
