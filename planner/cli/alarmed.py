@@ -32,7 +32,7 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     gaps = [alarms.gaps_s(horizon_s, stream(seed, "alarms", number)) for number in range(many)]
     with progress_bar("flying with false alarms") as progress:
         found = compared(mission, targets, gaps, lasts_s, progress)
-    low, high = found.interval if many > 1 else (float("-inf"), float("inf"))
+    low, high = found.interval
     late_s, anew_s = sum(found.late_s) / many, sum(found.anew_s) / many
     without_s = stored.evaluated["expected_detection_time_s"]
     summary = {

@@ -347,6 +347,7 @@ def _blocks(
         (
             sentences.as_if_perfect({found.row.method: trial.evaluated}),
             sentences.hidden_line(opened.scenario.truth.hidden),
+            sentences.flees_line(opened.scenario.target),
         ),
     )
     yield from _hints(found, own=own is not None)

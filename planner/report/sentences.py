@@ -12,6 +12,7 @@ from planner.intervals import share_interval
 from planner.messages import percent
 from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
 from planner.report.tables import Fresh, MethodRow
+from planner.scenario.sections import TargetSection
 from planner.search.methods import plans_for_misses
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
@@ -44,6 +45,17 @@ def hidden_line(hidden: float | None) -> str | None:
         return None
     return (
         f"{percent(hidden, 0)} of targets are where no pass can see them: they count as never found"
+    )
+
+
+def flees_line(target: TargetSection) -> str | None:
+    """Return what is said of a target, or a component of it, that flees."""
+    if not any(part.flees for _, part in target.parts("target")):
+        return None
+    return (
+        "the target flees at first whatever is done; a plan fixed at take-off is as good as any "
+        "other if the find ends the mission, nothing seen misleads, the target does not react to "
+        "the UAV and flight times are as planned"
     )
 
 

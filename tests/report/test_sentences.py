@@ -8,6 +8,7 @@ from planner.detection.objective import Objective
 from planner.detection.prospects import Prospects
 from planner.report import sentences as remarks
 from planner.report.tables import MethodRow
+from planner.scenario.sections import TargetSection
 
 
 def evaluation(seed: int, low_s: float) -> Evaluation:
@@ -98,3 +99,13 @@ def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
     assert "larger net" in said[1]
     assert len(remarks.prospects_lines(Prospects((), 0.1, ceiling))) == 1
     assert remarks.prospects_lines(Prospects((), 0.0, ceiling)) == []
+
+
+def test_who_flees_is_said_not_to_react() -> None:
+    flees = TargetSection.model_validate(
+        {"start": "anywhere", "flees": {"for_s": 90, "factor": 1.3}}
+    )
+    said = remarks.flees_line(flees)
+    assert said is not None
+    assert "the target does not react to the UAV" in said
+    assert remarks.flees_line(TargetSection(start="anywhere")) is None
