@@ -80,7 +80,8 @@ def _add_permit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--control",
         metavar="MODULE:FUNCTION",
-        help="a function of yours that steers the traffic: called with libsumo before each step",
+        help="a function of yours (also FILE.py:FUNCTION) that steers the traffic: called with "
+        "libsumo before each step",
     )
 
 
