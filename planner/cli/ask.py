@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, moment
+from planner.cli.arguments import add_jobs, add_run, count, moment, permit_of
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.messages import suggestion
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.search.methods import method_named
 
     refuse_no_run(arguments.directory)
-    opened, stored = open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory, permit_of(arguments))
     cameras = [_node(name, opened.network) for name in arguments.camera]
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, method_named("best"))
     at_s = stored.plan.take_off_s if arguments.at is None else arguments.at

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from planner.cli.arguments import permit_of
 from planner.cli.backends import cluster_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
@@ -62,7 +63,8 @@ def run_experiment(arguments: argparse.Namespace) -> int:
 
 def chosen_experiment(arguments: argparse.Namespace, name: str) -> Experiment:
     """Return the experiment of a name or file, reduced by --quick and --only."""
-    chosen = read_experiment(name, STUDIES).also_by(arguments.method)
+    read = read_experiment(name, STUDIES).permitted(permit_of(arguments))
+    chosen = read.also_by(arguments.method)
     return (chosen.quick() if arguments.quick else chosen).only(arguments.only)
 
 

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.arguments import add_jobs, add_run, count, path, span
+from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     method = method_named(arguments.method)
     run_folder.refuse_no_run(arguments.directory)
     _refuse_own_futures(arguments.directory)
-    opened, stored = run_folder.open_run(arguments.directory)
+    opened, stored = run_folder.open_run(arguments.directory, permit_of(arguments))
     at_s, heard = _heard(arguments, opened, stored)
     if arguments.output is None:
         whole = arguments.directory.resolve()
@@ -193,7 +193,8 @@ def _resumed(
             raise InputError("--lost-at: is where it was seen last; leave all other news out")
         place = where(arguments.lost_at, opened.network)
         gap_s = follow.GAP_S if arguments.gap is None else arguments.gap
-        return follow.lost(arguments.directory, opened, place, standing, gap_s)
+        permit = permit_of(arguments)
+        return follow.lost(arguments.directory, opened, place, standing, gap_s, permit)
     if arguments.gap is not None:
         raise InputError("--gap: goes with --lost-at; give both, or leave it out")
     known = with_news(opened.news, heard.news, same_source=heard.same_source)

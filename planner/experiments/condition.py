@@ -12,6 +12,8 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.experiments.target_set import TargetSet
+from planner.futures.steering import control_of
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.draft import read_draft
@@ -39,6 +41,7 @@ class Condition:
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
     metrics: tuple[str, ...] = field(default=(), compare=False)  # the table's figures; all if empty
+    permit: Permit = field(default=NO_PERMIT, compare=False)  # what its traffic may be
 
     @cached_property
     def id(self) -> str:
@@ -63,10 +66,13 @@ class Condition:
     def opened(self, more: Sequence[str] = ()) -> OpenScenario:
         """Return the scenario of the condition, open, with more overrides applied after its own."""
         overrides = (*self.settings, *more)
-        return open_scenario(self.place, preset=self.preset, overrides=overrides)
+        return open_scenario(
+            self.place, preset=self.preset, overrides=overrides, permit=self.permit
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""
+        steers = self.permit.control
         return {
             "scenario": self.scenario,
             "preset": self.preset,
@@ -77,6 +83,7 @@ class Condition:
             **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
             **({"study": self.study} if self.study else {}),
             **({} if self.own is None else {"planner": self.own.as_dict()}),
+            **({} if steers is None else {"control": control_of(steers).as_dict()}),
         }
 
 

@@ -9,6 +9,7 @@ from planner.experiments.condition import horizons_s
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.results import rows_of
+from planner.futures.traffic import Permit
 from planner.paper.studies import STUDIES
 
 TEXT = """
@@ -121,3 +122,15 @@ def test_what_is_wrong_is_told_in_one_line(tmp_path: Path, text: str, told: str)
     with pytest.raises(InputError, match=told) as caught:
         read_experiment(path, STUDIES)
     assert "\n" not in str(caught.value)
+
+
+def test_what_a_person_permits_goes_to_all_conditions(blocks: Experiment, tmp_path: Path) -> None:
+    (tmp_path / "steer.py").write_text("def stand(traci): ...\n")
+    allowed = Permit((tmp_path,))
+    plain, wider = blocks.conditions(), blocks.permitted(allowed).conditions()
+    assert {one.permit for one in wider} == {allowed}
+    assert [one.id for one in wider] == [one.id for one in plain]  # it changes no figures
+    steered = Permit((), f"{tmp_path / 'steer.py'}:stand")
+    others = blocks.permitted(steered).conditions()
+    assert {one.id for one in others} & {one.id for one in plain} == set()
+    assert others[0].as_dict()["control"]["file"] == "steer.py"
