@@ -115,6 +115,24 @@ def resumed(
     return Resumed(after, rest, at_s, flown)
 
 
+def refuse_long_delay(opened: OpenScenario, plan: Plan, standing: Standing) -> None:
+    """Do nothing if a UAV has been at its height for as long as it is said to have stood still.
+
+    Raises
+    ------
+    InputError
+        If it has not: so long a delay cannot be all of this flight's.
+    """
+    aircraft = problem_of(opened, NO_TARGETS).uav.aircraft
+    up_s = plan.take_off_s + (0.0 if aircraft is None else aircraft.law.climb_s)
+    most_s = max(0.0, standing.at_s - up_s)
+    if standing.late_s > most_s:
+        raise InputError(
+            f"--delay {standing.late_s:g}: at {clock(standing.at_s)} the UAV has been at its "
+            f"height for {most_s:g} s; give at most that"
+        )
+
+
 def refuse_fleet(plan: Plan) -> None:
     """Do nothing if a plan is for one UAV.
 
