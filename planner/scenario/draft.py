@@ -266,6 +266,8 @@ def _joint_faults(
             key = f"uav[{number}]" if others else "uav"
             found += named_for(key, checks.horizon_faults(target, one, search))
         found = list(dict.fromkeys(found))  # what is wrong for several is told once
+    if uav and all(one.sorties == 0 for one in [uav, *others]):
+        found.append(Fault("uav.sorties", "is 0, and no UAV flies; leave it out, or give 1"))
     if target and search and not _any_about(faults, *checks.SAMPLING_KEYS):
         found += sampling_faults(target, search)
     traffic = sections["traffic"]

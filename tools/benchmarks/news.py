@@ -30,7 +30,7 @@ from planner.intervals import student_interval
 from planner.mission.alarms import Alarms, Compared, compared, with_alarms
 from planner.mission.news import given
 from planner.mission.online import Mission, Remembering
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.scenario.news import ReportNews
 from planner.scenario.uav_values import PointStart
 
@@ -164,8 +164,7 @@ def _afresh(flight: Flight, at_s: float) -> float:
     going_on = mission.heard(Standing(at_s))
     mission.recorder = mission.recorder.now(going_on.opened)
     (rest,) = mission.made().plan.tracks
-    assert going_on.flown is not None
-    whole_s = flight.expected_s(going_on.flown.then(rest))
+    whole_s = flight.expected_s(going_on.flown[0].then(rest))
     return 100.0 * (whole_s / flight.expected_s(flight.plan.tracks[0]) - 1.0)
 
 
