@@ -10,7 +10,7 @@ from planner.mission.uav_airspace import airspace_for
 from planner.scenario.aircraft_file import aircraft_written_out
 from planner.scenario.checks import horizon_faults, uav_faults
 from planner.scenario.faults import faults_of
-from planner.scenario.fleet import ALTITUDE, named_for, with_heights
+from planner.scenario.fleet import ALTITUDE, with_heights
 from planner.scenario.uav import UavSection
 
 KEY = "joined"  # by which its faults are told
@@ -45,7 +45,7 @@ def _with(opened: OpenScenario, one: Joined, at_s: float) -> OpenScenario:
     airspace, faults = airspace_for(section, scenario, opened.network)
     faults += [*uav_faults(section)]
     faults += horizon_faults(scenario.target, section, scenario.search)
-    _refuse(named_for(KEY, faults))
+    _refuse(fault.renamed("uav", KEY) for fault in faults)
     return replace(
         opened,
         scenario=replace(scenario, others=(*scenario.others, section)),
@@ -62,7 +62,7 @@ def _section(opened: OpenScenario, one: Joined, take_off_s: float) -> UavSection
         table = aircraft_written_out(one.uav, scenario.folder, faults, abstract=abstract)
     else:
         table = {**{key: said for key, said in there[0].items() if key not in OWN}, **one.uav}
-    _refuse(named_for(KEY, faults))
+    _refuse(fault.renamed("uav", KEY) for fault in faults)
     table["take_off_s"] = take_off_s
     usual_m = scenario.uav.altitude_m
     *_, table = with_heights([*there, one.uav], [*there, table], usual_m)
