@@ -8,7 +8,9 @@ from planner.cli.backends import recorder_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import opened_scenario
+from planner.messages import percent
 from planner.mission.regret import Regrets, regrets
+from planner.mission.several import refuse_several
 from planner.report.formats import Column, FittingTable
 from planner.search.methods import method_named
 
@@ -16,6 +18,7 @@ from planner.search.methods import method_named
 def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Print what a plan for each component of the mixture costs where another one is true."""
     opened = opened_scenario(arguments, overrides)
+    refuse_several(opened, "compare --beliefs")
     with progress_bar("beliefs") as progress:
         found = regrets(
             recorder_of(arguments, opened),
@@ -43,8 +46,8 @@ def _blocks(found: Regrets, name: str) -> Iterator[Any]:
         ),
     )
     for planned, figures, worst in zip(found.planned_for, found.figure, found.worst, strict=True):
-        cells = [f"{one:,.0f} s" if found.is_time else f"{one:.1%}" for one in figures]
-        table.add_row(planned, *cells, f"{worst:.1%}")
+        cells = [f"{one:,.0f} s" if found.is_time else percent(one) for one in figures]
+        table.add_row(planned, *cells, percent(worst))
     yield table
     least = min(range(len(found.worst)), key=lambda k: found.worst[k])
     yield (

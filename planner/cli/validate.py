@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.cli.arguments import add_backend, add_scenario, count, moment, path
 from planner.cli.printing import print_result
+from planner.messages import percent
 
 if TYPE_CHECKING:
     from planner.arrays import Ints
@@ -64,9 +65,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print how the belief covers truths, time by time."""
     from planner.cli.session import opened_scenario, planning_recorded, tell_belief
+    from planner.mission.several import refuse_several
     from planner.mission.validate import validated
 
     opened = opened_scenario(arguments)
+    refuse_several(opened, "validate")
     tell_belief(arguments)
     truths, run = _truths(arguments, opened)
     cloud = planning_recorded(arguments, opened).futures
@@ -110,9 +113,9 @@ def _table(found: "Validation") -> Any:
         table.add_row(
             check.measure,
             f"{check.time_s:g} s",
-            f"{check.covered:.1%}",
-            f"{check.coverage.off:+.1%} +- {check.coverage.half:.1%}{flagged}",
-            "" if ratio is None else f"{ratio.off:+.1%} +- {ratio.half:.1%}",
+            percent(check.covered),
+            f"{percent(check.coverage.off, sign=True)} +- {percent(check.coverage.half)}{flagged}",
+            "" if ratio is None else f"{percent(ratio.off, sign=True)} +- {percent(ratio.half)}",
         )
     return table
 

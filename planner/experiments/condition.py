@@ -13,6 +13,7 @@ from planner.errors import InputError
 from planner.experiments.target_set import TargetSet
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
+from planner.mission.several import refuse_several
 from planner.scenario.draft import read_draft
 from planner.search.methods import Method, method_named, method_of
 from planner.user_code import UserFunction
@@ -62,7 +63,9 @@ class Condition:
     def opened(self, more: Sequence[str] = ()) -> OpenScenario:
         """Return the scenario of the condition, open, with more overrides applied after its own."""
         overrides = (*self.settings, *more)
-        return open_scenario(self.place, preset=self.preset, overrides=overrides)
+        opened = open_scenario(self.place, preset=self.preset, overrides=overrides)
+        refuse_several(opened, "an experiment")
+        return opened
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""

@@ -22,7 +22,7 @@ from planner.flight.separation import Course
 from planner.flight.simplified import Clear
 from planner.flight.track import Track
 from planner.flight.ways import Point
-from planner.mission.aircraft import aircraft_of
+from planner.mission.aircraft import aircraft_of, never_flown
 from planner.mission.areas import link_of, within_link
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
@@ -276,15 +276,10 @@ def placed(network: RoadNetwork, origin: LatLon | None) -> RoadNetwork:
 
 
 def _real(uav: UavSection) -> Aircraft:
+    for fault in never_flown(uav):
+        raise InputError(str(fault))
     aircraft = aircraft_of(uav)
-    if aircraft is None:
-        raise InputError(
-            "uav: the plan is for an ideal aircraft, which no real one keeps up with; plan with "
-            "--set uav.aircraft=multicopter, or have it timed anew: --aircraft multicopter, or a "
-            "file"
-        )
-    if uav.altitude_m <= 0.0:
-        raise InputError("uav.altitude_m: is 0, on the ground; give the height to fly at")
+    assert aircraft is not None
     return aircraft
 
 

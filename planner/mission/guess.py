@@ -9,6 +9,7 @@ from planner.futures.calibrate import MOST, calibrated
 from planner.futures.clock_error import ClockError, clock_error
 from planner.futures.futures import Futures
 from planner.futures.kinematic import kinematic_futures
+from planner.messages import percent
 from planner.mission.recorder import Recorder
 from planner.network.signals import Signals, signals_of
 
@@ -56,13 +57,14 @@ def told_reach(futures: Futures, horizon_s: float) -> str:
         return "a guess, before SUMO drives: all particles are gone by then"
     all_there = all(share == 1.0 for _, _, share in reaches)
     far = ", ".join(
-        f"{far_m / 1000.0:.1f} km at {minute:g} min" + ("" if all_there else f" ({share:.0%} are)")
+        f"{far_m / 1000.0:.1f} km at {minute:g} min"
+        + ("" if all_there else f" ({percent(share, 0)} are)")
         for minute, far_m, share in reaches
     )
     those = "the particles" if all_there else "the particles that are on the map then"
     return (
-        f"a guess, before SUMO drives: {SHARE:.0%} of {those} are within {far} of the middle of "
-        "their starts"
+        f"a guess, before SUMO drives: {percent(SHARE, 0)} of {those} are within {far} of the "
+        "middle of their starts"
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner.clock import clock, seconds, span, when
 from planner.errors import InputError
-from planner.messages import as_written, suggestion
+from planner.messages import as_written, percent, suggestion
 from planner.mission.news import target_faults
 from planner.mission.replan import Standing
 from planner.network.georeference import coordinates
@@ -168,7 +168,7 @@ class _Line:
             del table["radius_m"]
         table |= {"at_s": self._time("at"), "heard_s": self._setting.now_s}
         table["target"] = self._line.get("target", 0)
-        told_of = self._news(kind, table, f"seen at {name}, {table['sure']:.0%} sure")
+        told_of = self._news(kind, table, f"seen at {name}, {percent(table['sure'], 0)} sure")
         return replace(told_of, same_source=self._flag("same_source"), insist=self._flag("insist"))
 
     def _searched(self) -> Heard:

@@ -10,6 +10,7 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import left_unseen
 from planner.flight.pieces import flight_span
 from planner.flight.plan import Plan
+from planner.messages import percent
 from planner.report.formats import time_unit
 from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
 from planner.search.problem import Problem
@@ -109,7 +110,7 @@ def _draw_curve(
         np.concatenate(([start_s], times_s, [evaluation.objective.horizon_s])) / unit_s,
         np.concatenate(([0.0], probability, [found])),
         where="post",
-        label=f"{name}: {found:.1%} found, mean {evaluation.expected_detection_time_s:,.0f} s",
+        label=f"{name}: {percent(found)} found, mean {evaluation.expected_detection_time_s:,.0f} s",
         **line,
     )
 
@@ -132,13 +133,15 @@ def _draw_limits(
     left = np.array([left_unseen(futures, evaluated, time_s) for time_s in times_s.tolist()])
     if left[-1] >= LEAST_LEFT:
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
-        label = f"futures that leave the map unseen: {left[-1]:.0%}"
+        label = f"futures that leave the map unseen: {percent(left[-1], 0)}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
     at_best_s = chased_by_any(futures, problem.uavs, problem.sensor)
     ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
-        axes.axhline(ceiling, label=f"no flight finds more futures than {ceiling:.0%}", **dots)
+        axes.axhline(
+            ceiling, label=f"no flight finds more futures than {percent(ceiling, 0)}", **dots
+        )
 
 
 def _draw_time_strip(

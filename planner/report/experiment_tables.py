@@ -11,7 +11,7 @@ from planner.experiments.instances import Instance
 from planner.experiments.portable import Exported
 from planner.experiments.results import Row
 from planner.intervals import student_interval
-from planner.messages import counted
+from planner.messages import counted, percent
 from planner.report.formats import Column, FittingTable, titled_table
 from planner.search.methods import is_pattern
 
@@ -132,7 +132,7 @@ def _above_bound(instance: Instance) -> str:
     """Return how far the best plan known is above a bound, in brackets if not for roads alone."""
     if instance.bound is None:
         return "-"
-    above = f"{100 * instance.bound.gap:+.1f} %"
+    above = percent(instance.bound.gap, sign=True)
     return above if instance.bound.plan_class == "roads" else f"({above})"
 
 
@@ -151,7 +151,7 @@ def instances_page(
 
 
 def _above(value_s: float | None, best_s: float) -> str:
-    return "-" if value_s is None else f"{100 * (value_s / best_s - 1):+.1f} %"
+    return "-" if value_s is None else percent(value_s / best_s - 1, sign=True)
 
 
 def failures(rows: Sequence[Row]) -> list[str]:

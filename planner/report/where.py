@@ -10,12 +10,13 @@ import numpy as np
 from planner.clock import clock
 from planner.flight.track import Track
 from planner.futures.state_at import QUANTILES, UNKNOWN, RoadState, State
+from planner.messages import percent
 from planner.mission.opening import OpenScenario
 from planner.network.georeference import is_georeferenced, lonlat
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase
 from planner.report.csv_file import write_csv
-from planner.report.formats import Column, FittingTable, percent
+from planner.report.formats import Column, FittingTable
 from planner.report.picture import where_picture
 
 TABLE, PICTURE = "where.csv", "where.png"
@@ -43,7 +44,7 @@ def where_table(
         How many roads are named; the others stand in one row.
     """
     named = has_street_names(network)
-    quantiles = ", ".join(f"{share:.0%}" for share in QUANTILES)
+    quantiles = ", ".join(percent(share, 0) for share in QUANTILES)
     table = FittingTable(
         f"where the target may be at {clock(time_s)}",
         (

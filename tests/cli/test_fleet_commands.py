@@ -98,6 +98,12 @@ def test_each_has_a_mission_of_its_own_and_maps_hold_all(
     printed = run("export", in_town, "-o", tmp_path, "--check").out
     assert re.findall(r"^(UAV \d): \d+ waypoints, ", printed, re.MULTILINE) == ["UAV 1", "UAV 2"]
     assert not re.findall(r"^UAV \d: *$", printed, re.MULTILINE)
+    written = (tmp_path / "flight.txt").read_text()
+    for text in (" ".join(printed.split()), written):
+        assert text.count("research software") == text.count("expected detection time") == 1
+        assert "The height, 100 m or 115 m, is above the launch point" in text
+    assert written.count("WPNAV_SPEED ") == 1
+    assert written.count("RTL_ALT ") == 2
     said = run("export", in_town, "-o", tmp_path, "--check", "--json", "--force").json
     names = {Path(name).name for name in said["files"]}
     assert {"flight-uav1.plan", "flight-uav2.waypoints", "flight.kml", "flight.txt"} <= names

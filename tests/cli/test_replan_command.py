@@ -62,7 +62,7 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
     ("words", "fault"),
     [
         (("--report", "hello"), '--report: "hello" is no news that is understood'),
-        (("--report", "seen at r5c5 at 10, 70 %"), "only 0.0% of what is believed is there"),
+        (("--report", "seen at r5c5 at 10, 70 %"), "only 0.0 % of what is believed is there"),
         (("--searched", "x.gpx"), "--searched: goes with --radius-m"),
         (("--radius-m", 5), "go with --searched"),
         (("--gap", 5), "--gap: goes with --lost-at"),

@@ -36,7 +36,7 @@ def test_the_command_tells_how_far_the_clock_is_off(run: Commands, driving: str)
     assert found["at_180_s_m"] < 15.0
     assert found["at_300_s_m"] < 45.0
     told = run("futures", TOWN, *options)
-    assert "a guess, before SUMO drives: 90% of the particles are within 0." in told.err
+    assert "a guess, before SUMO drives: 90 % of the particles are within 0." in told.err
     said = told.out
     assert f"the kinematic clock (a guess): {found['at_180_s_m']:.0f} m off at 180 s" in said
 
@@ -53,7 +53,7 @@ def test_the_reach_is_that_of_nine_in_ten() -> None:
     )
     assert reach_m(cloud, 600.0) == pytest.approx((1000.0, 1.0))
     assert reach_m(cloud, 300.0) == pytest.approx((500.0, 1.0))
-    assert "90% of the particles are within" in told_reach(cloud, 700.0)
+    assert "90 % of the particles are within" in told_reach(cloud, 700.0)
     assert "within 0.5 km at 5 min, 1.0 km at 10 min of the middle" in told_reach(cloud, 700.0)
     assert "within 0.1 km at 1 min of the middle" in told_reach(cloud, 60.0)
     assert "all particles are gone" in told_reach(cloud.take(np.arange(0)), 600.0)
@@ -70,9 +70,9 @@ def test_the_reach_is_told_of_those_on_the_map_and_how_many_they_are() -> None:
     )
     assert reach_m(cloud, 600.0) == pytest.approx((600.0, 0.25))
     said = told_reach(cloud, 700.0)
-    assert "90% of the particles that are on the map then are within" in said
-    assert "0.6 km at 10 min (25% are) of the middle" in said
-    assert "at 5 min (100% are)" in said
+    assert "90 % of the particles that are on the map then are within" in said
+    assert "0.6 km at 10 min (25 % are) of the middle" in said
+    assert "at 5 min (100 % are)" in said
 
 
 def test_abstract_nets_have_no_clock(run: Commands) -> None:
