@@ -86,6 +86,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None
     objective = problem.objective
+    if objective.sought > 1:
+        raise NotApplicableError("there is no bound yet on searches for several targets")
     earned = evaluate(plan.tracks, problem.futures, problem.sensor, objective).reward
     if not problem.sensor.is_perfect:
         # Who misses nothing earns no less: its bound is one for a sensor that may miss, too.

@@ -13,6 +13,7 @@ from planner.mission.live import BEST
 from planner.mission.online import Mission, Remembering
 from planner.mission.recorder import Recorder
 from planner.mission.run_folder import open_run, refuse_no_run
+from planner.mission.several import refuse_several
 from planner.streams import stream
 
 TARGETS, SEQUENCES, LASTS_S = 1000, 16, 120.0
@@ -22,6 +23,7 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     """Print what planning anew after false alarms is worth, on the same alarms and targets."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
+    refuse_several(opened, "fly --alarms")
     seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
     lasts_s = LASTS_S if arguments.alarm_s is None else arguments.alarm_s
     alarms = Alarms(1.0 / arguments.alarms, lasts_s)

@@ -53,11 +53,13 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.online import Mission, Remembering
     from planner.mission.replan import Standing
     from planner.mission.run_folder import open_run, refuse_no_run
+    from planner.mission.several import refuse_several
     from planner.report import news_lines
     from planner.search.methods import method_named
 
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
+    refuse_several(opened, "ask")
     cameras = [_node(name, opened.network) for name in arguments.camera]
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, method_named("best"))
     at_s = stored.plan.take_off_s if arguments.at is None else arguments.at

@@ -10,6 +10,7 @@ from planner.cli.progress import progress_bar
 from planner.cli.session import opened_scenario
 from planner.messages import percent
 from planner.mission.regret import Regrets, regrets
+from planner.mission.several import refuse_several
 from planner.report.formats import Column, FittingTable
 from planner.search.methods import method_named
 
@@ -17,6 +18,7 @@ from planner.search.methods import method_named
 def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
     """Print what a plan for each component of the mixture costs where another one is true."""
     opened = opened_scenario(arguments, overrides)
+    refuse_several(opened, "compare --beliefs")
     with progress_bar("beliefs") as progress:
         found = regrets(
             recorder_of(arguments, opened),

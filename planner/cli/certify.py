@@ -74,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan, refuse_fleet
     from planner.mission.run_folder import PLAN, open_run, refuse_no_run, refuse_other_futures
+    from planner.mission.several import refuse_several
     from planner.report.sentences import world_line
 
     _check_sets(arguments.sets)
@@ -84,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         # No other command replaces it now.
         opened, stored = open_run(run_folder, permit_of(arguments))
         refuse_fleet(stored.plan)
+        refuse_several(opened, "certify")
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)

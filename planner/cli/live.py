@@ -24,6 +24,7 @@ from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
 from planner.mission.replan import refuse_fleet
 from planner.mission.run_folder import open_run, refuse_no_run
+from planner.mission.several import refuse_several
 from planner.report import news_lines
 
 POLL_S = 0.2  # between two looks at the file
@@ -34,6 +35,7 @@ def fly_live(arguments: argparse.Namespace) -> int:
     """Read news until the target is found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
+    refuse_several(opened, "fly --live")
     refuse_fleet(stored.plan)
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)

@@ -68,9 +68,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print how the belief covers truths, time by time."""
     from planner.cli.session import opened_scenario, planning_recorded, tell_belief
+    from planner.mission.several import refuse_several
     from planner.mission.validate import validated
 
     opened = opened_scenario(arguments)
+    refuse_several(opened, "validate")
     tell_belief(arguments)
     truths, run = _truths(arguments, opened)
     cloud = planning_recorded(arguments, opened).futures

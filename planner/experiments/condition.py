@@ -16,6 +16,7 @@ from planner.futures.steering import control_of
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
+from planner.mission.several import refuse_several
 from planner.scenario.draft import read_draft
 from planner.search.methods import Method, method_named, method_of
 from planner.user_code import UserFunction
@@ -66,9 +67,11 @@ class Condition:
     def opened(self, more: Sequence[str] = ()) -> OpenScenario:
         """Return the scenario of the condition, open, with more overrides applied after its own."""
         overrides = (*self.settings, *more)
-        return open_scenario(
+        opened = open_scenario(
             self.place, preset=self.preset, overrides=overrides, permit=self.permit
         )
+        refuse_several(opened, "an experiment")
+        return opened
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""

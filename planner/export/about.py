@@ -124,6 +124,7 @@ class Summary:
         if self.worth.line is not None:
             horizon_s = self.worth.line.evaluation.objective.horizon_s
             found = self.worth.line.evaluation.found_by_probability(horizon_s)
+            found /= self.worth.line.evaluation.objective.sought
             said.append(
                 "apps that fly a line, such as DJI's with flight.kml, hold nowhere: scored without "
                 f"holds, {percent(found)} are found by {clock(horizon_s)}"
@@ -135,7 +136,7 @@ class Summary:
         """What flying by hand costs, of the probability that the plan finds the target."""
         horizon_s = self.worth.written.evaluation.objective.horizon_s
         planned, by_hand = (
-            one.evaluation.found_by_probability(horizon_s)
+            one.evaluation.found_by_probability(horizon_s) / one.evaluation.objective.sought
             for one in (self.worth.planned, self.worth.written)
         )
         points = round(100.0 * (planned - by_hand), 1)
@@ -176,13 +177,16 @@ class Summary:
         """How well the plan, and the flight that is written, find the same fresh targets."""
         pair = (self.worth.planned.evaluation, self.worth.written.evaluation)
         horizon_s, by_s = pair[1].objective.horizon_s, pair[1].objective.by_s or inf
+        one = pair[0].objective.sought == 1
+        many = percent if one else "{:.2f}".format  # a probability, or how many of several
+        what = "expected detection time" if one else "sum of detection times"
         times = [f"{one.expected_detection_time_s:,.0f} s" for one in pair]
         rows = [
             ("", "as planned", "by hand" if self.run.by_hand else "as written"),
-            ("expected detection time", *times),
+            (what, *times),
         ]
         for time_s in sorted({*(s for s in (*BY_S, by_s) if s < horizon_s), horizon_s}):
-            shares = [percent(one.found_by_probability(time_s)) for one in pair]
+            shares = [many(one.found_by_probability(time_s)) for one in pair]
             rows.append((f"found by {clock(time_s)}", *shares))
         return [f"{name:<24}{one:>12}{other:>12}" for name, one, other in rows]
 

@@ -54,6 +54,10 @@ class Answered(Remembering):
     question: Question | None = None
     answer: int = 0
 
+    @property
+    def _knows_more(self) -> bool:
+        return self.question is not None or super()._knows_more
+
     def _given(self, futures: Futures) -> Futures:
         believed = super()._given(futures)
         if self.question is None:

@@ -19,6 +19,7 @@ from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problem_of
 from planner.mission.replan import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
+from planner.mission.several import refuse_several
 from planner.network.place_words import Where
 from planner.scenario.toml_text import toml_text
 from planner.search.plan import plan_of_wait
@@ -66,6 +67,7 @@ def lost(
 
 
 def _refuse_no_time(opened: OpenScenario, standing: Standing, gap_s: float) -> None:
+    refuse_several(opened, "--lost-at")
     horizon_s, zero_s = opened.scenario.search.horizon_s, standing.at_s - gap_s
     if not 0.0 <= zero_s < standing.at_s < horizon_s:
         raise InputError(

@@ -208,9 +208,9 @@ def target_faults(news: Sequence[News], targets: int = 1) -> Iterator[Fault]:
             yield Fault(f"news.heard[{k}].target", f"{one.target} is none of the targets; {most}")
 
 
-def news_faults(news: Sequence[News], network: RoadNetwork) -> Iterator[Fault]:
-    """Yield what news names that the net does not have."""
-    yield from target_faults(news)
+def news_faults(news: Sequence[News], network: RoadNetwork, targets: int = 1) -> Iterator[Fault]:
+    """Yield what news names that the net does not have, and of targets that there are not."""
+    yield from target_faults(news, targets)
     for k, one in enumerate(news):
         if not isinstance(one, ReportNews | NothingNews):
             continue

@@ -1,7 +1,7 @@
 """A scenario with its network open: all that a search starts from, or every fault at once."""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.belief.caution import cautious
 from planner.belief.distribution import distribution
-from planner.belief.mixture import Belief, Mixture
+from planner.belief.mixture import Belief, Mixture, OneBelief, Several
 from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
@@ -34,8 +34,8 @@ from planner.network.roads import with_roads
 from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
-from planner.scenario.fleet import named_for
-from planner.scenario.news import News
+from planner.scenario.listed import named_for
+from planner.scenario.news import FoundNews, News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
 from planner.scenario.uav import UavSection
 
@@ -67,6 +67,12 @@ class OpenScenario:
     def news(self) -> tuple[News, ...]:
         """What is known of the target beyond the priors."""
         return self.scenario.news.heard or ()
+
+    @property
+    def sought(self) -> int:
+        """How many targets are searched for: all but those that news says are found."""
+        found = {one.target for one in self.news if isinstance(one, FoundNews)}
+        return max(1, len(self.scenario.targets) - len(found))
 
     @property
     def starts_m(self) -> tuple[Point, ...]:
@@ -118,10 +124,14 @@ def open_scenario(
     known: dict[str, Known] = {}
     notes: list[str] = []
     if network is not None:
-        for key, target, names in _targets(draft):
+        for key, target, names, known_as in _targets(draft):
             found: list[Fault] = []
-            if key == "truth" and target == draft.target:
-                known |= {f"truth{name.removeprefix('target')}": k for name, k in known.items()}
+            if known_as is not None:
+                known |= {
+                    name.replace(known_as, key, 1): k
+                    for name, k in known.items()
+                    if name == known_as or name.startswith(f"{known_as}.")
+                }
                 continue
             for part_key, part in target.parts(key):
                 known[part_key], wrong = _known(part_key, part, network, draft, notes)
@@ -129,7 +139,7 @@ def open_scenario(
             faults += told_once(faults_of_fields(found, key, names))
         airspaces = _airspaces(draft, network, faults)
         traffic = _traffic(draft, network, faults, permit)
-        faults += news_faults((draft.news and draft.news.heard) or (), network)
+        faults += news_faults((draft.news and draft.news.heard) or (), network, len(draft.targets))
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -137,12 +147,11 @@ def open_scenario(
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=cautious(
-            _belief("target", scenario.target, network, known),
-            scenario.target.caution or 0.0,
-            network,
+        prior=_all(
+            cautious(_belief(key, target, network, known), target.caution or 0.0, network)
+            for key, target in draft.targets
         ),
-        truth_prior=_belief("truth", scenario.truth, network, known),
+        truth_prior=_all(_belief(key, truth, network, known) for key, truth in draft.truths),
         airspace=airspaces[0],
         traffic=traffic,
         notes=tuple(dict.fromkeys(notes)),
@@ -220,7 +229,7 @@ def _known(
 
 def _belief(
     key: str, target: TargetSection, network: RoadNetwork, known: Mapping[str, Known]
-) -> Belief:
+) -> OneBelief:
     priors = [prior_of(part, network, known[name]) for name, part in target.parts(key)]
     if target.mix is None:
         return priors[0]
@@ -228,14 +237,24 @@ def _belief(
     return Mixture(weight / weight.sum(), tuple(priors))
 
 
-def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]]:
-    """Yield what is known and what is true of the target, and the keys to report faults of."""
-    if draft.target is not None:
-        yield "target", draft.target, frozenset(TargetSection.model_fields)
-    if draft.truth is not None:
-        # Distances that fit the target's starts may not fit the truth's.
-        moved = {"distance_m"} if "start" in draft.truth_keys else set()
-        yield "truth", draft.truth, draft.truth_keys | moved
+def _all(beliefs: Iterable[OneBelief]) -> Belief:
+    """Return the belief of all targets: that of one is its own."""
+    targets = tuple(beliefs)
+    return targets[0] if len(targets) == 1 else Several(targets)
+
+
+def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str], str | None]]:
+    """Yield what is known and what is true of each target, and the keys to report faults of.
+
+    The last one is the key of what is known of it, where what is true is the same.
+    """
+    for key, target in draft.targets:
+        yield key, target, frozenset(TargetSection.model_fields), None
+    # Distances that fit the target's starts may not fit the truth's.
+    moved = {"distance_m"} if "start" in draft.truth_keys else set()
+    for (key, truth), (known_as, target) in zip(draft.truths, draft.targets, strict=False):
+        same = known_as if truth == target else None
+        yield key, truth, draft.truth_keys | moved, same
 
 
 def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:

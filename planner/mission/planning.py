@@ -68,7 +68,7 @@ def problems_of(
     sensor = sensor_of(scenario.sensor, scenario.uav.speed_mps)
     search = scenario.search
     by_s = search.by_s if search.objective == "probability" else None
-    objective = Objective(search.horizon_s, by_s)
+    objective = Objective(search.horizon_s, by_s, sought=opened.sought)
     return tuple(
         Problem(
             opened.network,

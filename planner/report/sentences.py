@@ -164,7 +164,8 @@ def prospects_lines(found: Prospects) -> list[str]:
     moments = [f"{percent(share, 0)} by {clock(moment_s)}" for moment_s, share in found.gone_by]
     by_end = f"{percent(found.gone, 0)} by {clock(found.ceiling.objective.horizon_s)}"
     left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
-    at_most = f"no flight finds more of them than {percent(found.ceiling.detection_probability)}"
+    most = found.ceiling.detection_probability / found.ceiling.objective.sought
+    at_most = f"no flight finds more of them than {percent(most)}"
     lines = [f"{left}; {at_most} (each chased alone)"]
     if found.many_leave:
         lines.append(

@@ -199,7 +199,7 @@ def _fastest_mps(target: TargetSection) -> float:
 def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
     uav = scenario.uav
-    fastest_mps = max(map(_fastest_mps, (scenario.target, scenario.truth)))
+    fastest_mps = max(map(_fastest_mps, (*scenario.targets, *scenario.truths)))
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

@@ -40,10 +40,11 @@ def test_coin_flips_are_not_worth_asking(mission: Mission) -> None:
     assert [one.low_s for one in found] == sorted((one.low_s for one in found), reverse=True)
 
 
+@pytest.mark.parametrize("at_s", [0.0, 300.0])  # before take-off nothing has been heard yet
 def test_a_question_that_tells_is_worth_something_and_no_more_than_can_be(
-    mission: Mission,
+    mission: Mission, at_s: float
 ) -> None:
-    going_on = mission.heard(Standing(300.0))
+    going_on = mission.heard(Standing(at_s))
     targets = ask.fresh_now(mission, going_on)
     believed = mission.recorder.now(going_on.opened).planning().futures
     one = questions.first_road(questions.About(believed, mission.opened.network, 300.0))
