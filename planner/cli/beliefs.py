@@ -42,7 +42,7 @@ def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> 
 
 def _blocks(found: Regrets, name: str) -> Iterator[Any]:
     table = FittingTable(
-        f"{name}: plans for each belief of target.mix, under each",
+        f"{name}: each belief's plan, under each",
         (
             Column("planned\nfor", left=True),
             *(Column(f"if {truth}\nis true") for truth in found.truths),
