@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.progress import progress_bar
     from planner.mission import ask, questions
     from planner.mission.online import Mission, Remembering
-    from planner.mission.replan import Standing
+    from planner.mission.resume import Standing
     from planner.mission.run_folder import open_run, refuse_no_run
     from planner.mission.several import refuse_several
     from planner.report import news_lines

@@ -254,7 +254,7 @@ def _evaluated(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
-        prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
+        prospects=prospects(fresh.futures, problem.flying, problem.sensor, problem.objective),
         fresh=targets.are,
         timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )

@@ -17,7 +17,7 @@ from planner.futures.none import NO_TARGETS
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problem_of
-from planner.mission.replan import Resumed, Standing
+from planner.mission.resume import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
 from planner.mission.several import refuse_several
 from planner.network.place_words import Where
@@ -57,6 +57,8 @@ def lost(
     InputError
         If no time is left to search.
     """
+    if len(opened.scenario.uavs) > 1:
+        raise InputError("--lost-at: one UAV follows a target, and the plan is for several")
     _refuse_no_time(opened, standing, gap_s)
     changes = _changes(opened, place, standing, gap_s)
     overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]

@@ -197,7 +197,7 @@ class _Planning:
             fresh=fresh,
             problem=problem,
             trial=trial,
-            prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
+            prospects=prospects(fresh.futures, problem.flying, problem.sensor, problem.objective),
             sites=tuple(zip(names, (one.evaluated for one in trials), strict=True)),
         )
 

@@ -8,7 +8,7 @@ from planner.futures.futures import Futures
 from planner.mission import ask, questions
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.search.methods import method_named
 
 SMALL = ("search.particles=256", "search.work=2000", "search.sampling=sobol", "search.targets=400")
