@@ -22,7 +22,7 @@ from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
 from planner.mission.planning import problem_of
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.progress import Progress, silent
 
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
@@ -109,6 +109,8 @@ def compared(
     sequences
         The times of search between alarms of each flight.
     """
+    if len(mission.opened.scenario.uavs) > 1:
+        raise InputError("--alarms: are those of one UAV, and the plan is for several")
     late_s: list[float] = []
     anew_s: list[float] = []
     for done, gaps_s in enumerate(sequences):

@@ -192,7 +192,7 @@ def _call(run: Shown) -> dict[str, Any] | None:
 
     None where no file of a net is known, or its name would do more than name it.
     """
-    section, uav = run.opened.scenario.network, run.problem.uav
+    section, uav = run.opened.scenario.network, run.problem.flying[0]
     name = section.net or section.osm
     if name is None:
         return None

@@ -58,9 +58,9 @@ def page(run: Shown) -> str:
 
 def _about(run: Shown) -> str:
     """Return one line on who searches, from when on."""
-    uavs = run.problem.uavs
+    uavs = run.problem.flying
     speeds = sorted({uav.speed_mps for uav in uavs})
-    begins = "flies on" if uavs[0].in_air else "takes off"
+    begins = "flies on" if any(uav.in_air for uav in uavs) else "takes off"
     said = [
         f"{counted(len(uavs), 'drone')}, {' and '.join(f'{mps:g}' for mps in speeds)} m/s",
         f"sees {length(run.radius_m)}",

@@ -58,7 +58,7 @@ class Shown:
     def curves(self) -> Mapping[str, Evaluation]:
         """All detection curves by name: the plan's, other flights', and what none surpasses."""
         mine, problem = self.evaluated, self.problem
-        at_best_s = chased_by_any(self.fresh, problem.uavs, problem.sensor)
+        at_best_s = chased_by_any(self.fresh, problem.flying, problem.sensor)
         ceiling = Evaluation(at_best_s, mine.weight, mine.end_s, mine.objective, target=mine.target)
         return {self.plan.method: mine, **self.compared, BEST_POSSIBLE: ceiling}
 
