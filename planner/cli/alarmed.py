@@ -3,6 +3,7 @@
 import argparse
 from functools import partial
 
+from planner.cli.arguments import permit_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import Drive, recorded
@@ -21,7 +22,7 @@ TARGETS, SEQUENCES, LASTS_S = 1000, 16, 120.0
 def fly_alarmed(arguments: argparse.Namespace) -> int:
     """Print what planning anew after false alarms is worth, on the same alarms and targets."""
     refuse_no_run(arguments.directory)
-    opened, stored = open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --alarms")
     seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
     lasts_s = LASTS_S if arguments.alarm_s is None else arguments.alarm_s

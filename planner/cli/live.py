@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from planner.cli.arguments import permit_of
 from planner.cli.news_arguments import line_of, named, setting_of
 from planner.cli.printing import console
 from planner.clock import clock
@@ -32,7 +33,7 @@ NAME = "live.jsonl"  # in the run's folder
 def fly_live(arguments: argparse.Namespace) -> int:
     """Read news until the target is found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
-    opened, stored = open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --live")
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.arguments import add_jobs, add_run, count, path, span
+from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     method = method_named(arguments.method)
     run_folder.refuse_no_run(arguments.directory)
     _refuse_own_futures(arguments.directory)
-    opened, stored = run_folder.open_run(arguments.directory)
+    opened, stored = run_folder.open_run(arguments.directory, permit_of(arguments))
     at_s, heard = _heard(arguments, opened, stored)
     if arguments.output is None:
         whole = arguments.directory.resolve()
@@ -211,16 +211,18 @@ def _resumed(
     from planner.cli.session import planning_recorded
     from planner.mission import follow
     from planner.mission.replan import refuse_unlikely_reports, with_news, without_news
-    from planner.mission.resume import resumed
+    from planner.mission.resume import refuse_long_delay, resumed
     from planner.network.place_words import where
 
     standing = heard.standing_at(at_s)
+    refuse_long_delay(opened, stored.plan, standing)
     if arguments.lost_at is not None:
         if heard.news:
             raise InputError("--lost-at: is where it was seen last; leave all other news out")
         place = where(arguments.lost_at, opened.network)
         gap_s = follow.GAP_S if arguments.gap is None else arguments.gap
-        return follow.lost(arguments.directory, opened, place, standing, gap_s)
+        permit = permit_of(arguments)
+        return follow.lost(arguments.directory, opened, place, standing, gap_s, permit)
     if arguments.gap is not None:
         raise InputError("--gap: goes with --lost-at; give both, or leave it out")
     known = with_news(opened.news, heard.news, same_source=heard.same_source)

@@ -72,7 +72,7 @@ class Setting(NamedTuple):
     sighted_at: datetime | None  # which moment time 0 is; None: nobody said
     now_s: float  # seconds on the target's clock
     folder: Path = Path()  # where relative paths start
-    targets: int = 1  # how many there are
+    targets: tuple[str, ...] = ("the target",)  # what each is called, by number
     reading: Reading | None = None  # how recorded flights are understood; None: there are none
 
 
@@ -170,7 +170,8 @@ class _Line:
             case "joined":
                 return self._joined()
             case "found":
-                return self._news(kind, {"target": self._line.get("target", 0)}, "found")
+                target = self._target()
+                return self._news(kind, {"target": target}, f"found{self._called(target)}")
             case "searched":
                 return self._searched()
         return self._of_place(kind)
@@ -191,8 +192,9 @@ class _Line:
             table["sd_m"] = self._number("sd_m", 0.0)
             del table["radius_m"]
         table |= {"at_s": self._time("at"), "heard_s": self._setting.now_s}
-        table["target"] = self._line.get("target", 0)
-        told_of = self._news(kind, table, f"seen at {name}, {percent(table['sure'], 0)} sure")
+        table["target"] = self._target()
+        seen = f"seen at {name}, {percent(table['sure'], 0)} sure"
+        told_of = self._news(kind, table, seen + self._called(table["target"]))
         return replace(told_of, same_source=self._flag("same_source"), insist=self._flag("insist"))
 
     def _searched(self) -> Heard:
@@ -264,7 +266,7 @@ class _Line:
             key = fault.key.removeprefix(".")
             raise InputError(f"{key}: {fault.text}" if key else fault.text)
         one: Any = section
-        faults = [*target_faults([one], self._setting.targets)]
+        faults = [*target_faults([one], len(self._setting.targets))]
         if faults:
             raise InputError(f"target: {faults[0].text}")
         self._refuse_from_the_future(one)
@@ -292,6 +294,25 @@ class _Line:
             )
 
     # Values
+
+    def _target(self) -> Any:
+        """Return which target news is of: its number, also where its name is said."""
+        names = self._setting.targets
+        said = self._line.get("target", 0 if len(names) == 1 else None)
+        if said is None:
+            raise InputError(f"target: is missing; give which it is: {', '.join(names)}")
+        if isinstance(said, str) and len(names) > 1:
+            if said not in names:
+                text = f"{as_written(said)} is none of the targets; {suggestion(said, names)}"
+                raise InputError(f"target: {text}")
+            return names.index(said)
+        return said
+
+    def _called(self, target: Any) -> str:
+        """Return of which target something is said; nothing where there is one."""
+        names = self._setting.targets
+        known = len(names) > 1 and target in range(len(names))
+        return f": {names[target]}" if known else ""
 
     def _place(self, *, moved: bool = True) -> Where:
         said = self._line.get("place")

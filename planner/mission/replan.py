@@ -121,7 +121,8 @@ def without_news(opened: OpenScenario) -> OpenScenario:
 
 def sooner(new: Evaluation, old: Evaluation, at_s: float) -> Ahead:
     """Return how far one plan is ahead of another, of the time that is still to come."""
-    lead, left_s = ahead(new, old), old.expected_detection_time_s - at_s
+    to_come_s = old.expected_detection_time_s - old.objective.sought * at_s
+    lead, left_s = ahead(new, old), to_come_s
     if new.objective.by_s is not None or left_s <= 0.0:
         return lead
     return Ahead(*(old.expected_detection_time_s / left_s * one for one in lead))

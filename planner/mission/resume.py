@@ -123,6 +123,26 @@ def resumed(
     return Resumed(after, plan if is_whole else rest, at_s, flown)
 
 
+def refuse_long_delay(opened: OpenScenario, plan: Plan, standing: Standing) -> None:
+    """Do nothing if each UAV has been at its height for as long as it is said to have stood still.
+
+    Raises
+    ------
+    InputError
+        If one has not: so long a delay cannot be all of this flight's.
+    """
+    for number, problem in enumerate(problems_of(opened, NO_TARGETS)):
+        late_s = standing.uavs.get(number, standing.of_only).late_s
+        begun_s = [one.take_off_s for one in _flights(plan, number)]
+        begins_s = max((s for s in begun_s if s < standing.at_s), default=standing.at_s)
+        most_s = max(0.0, standing.at_s - begins_s - _climb_s(problem.uav))
+        if late_s > most_s:
+            raise InputError(
+                f"--delay {late_s:g}: at {clock(standing.at_s)} the UAV has been at its "
+                f"height for {most_s:g} s; give at most that"
+            )
+
+
 def in_order(flown: Iterable[Track]) -> Track:
     """Return flights of one UAV as one, the first one first."""
     return reduce(Track.then, flown)
@@ -210,8 +230,7 @@ class _Now:
     def _in_flight(self, begun: Sequence[Plan], waiting: tuple[Plan, ...], said: OfUav) -> _Part:
         """Return how it goes on in the middle of the last flight that it has begun."""
         last, uav = begun[-1], self.uav.of_flight(len(begun) - 1)
-        climbs_s = 0.0 if uav.aircraft is None else uav.aircraft.law.climb_s
-        up_s = last.take_off_s + climbs_s
+        up_s = last.take_off_s + _climb_s(uav)
         now_s = max(self.at_s, up_s)
         paused_s = max(up_s, now_s - said.late_s)
         flown = last.tracks[0].until(paused_s)
@@ -268,6 +287,11 @@ class _Now:
 
     def _changed(self, changes: Mapping[str, Any]) -> UavSection:
         return self.section.model_copy(update=dict(changes))
+
+
+def _climb_s(uav: Uav) -> float:
+    """Return how long it takes to be at its height."""
+    return 0.0 if uav.aircraft is None else uav.aircraft.law.climb_s
 
 
 def _joined_until(flown: Sequence[Track], time_s: float) -> Track | None:

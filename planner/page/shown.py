@@ -33,6 +33,11 @@ class Shown:
         return problem_of_plan(self.opened, self.plan, self.fresh)
 
     @property
+    def sought(self) -> int:
+        """How many targets are searched for."""
+        return self.evaluated.objective.sought
+
+    @property
     def radius_m(self) -> float:
         """How far the sensor sees."""
         return self.problem.sensor.radius_m
