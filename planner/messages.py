@@ -1,4 +1,4 @@
-"""Parts of error messages: a value as it was written, and the known name that was meant."""
+"""Parts of messages: a value as it was written, a share, the known name that was meant."""
 
 import difflib
 import json
@@ -51,3 +51,16 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 def counted(many: int, what: str, several: str = "") -> str:
     """Return a number of things in words, such as "1 process" or "2,000 processes"."""
     return f"{many:,} {what if many == 1 else several or f'{what}s'}"
+
+
+def percent(share: float, digits: int = 1, *, sign: bool = False) -> str:
+    """Return a share as people read it everywhere, such as "63.5 %".
+
+    Parameters
+    ----------
+    digits
+        Decimals.
+    sign
+        Whether a plus is written too.
+    """
+    return f"{100.0 * share:{'+' if sign else ''}.{digits}f} %"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from planner.cli import parser_for
-from planner.export import checks
+from planner.mission.aircraft import FASTEST_MPS
 from planner.scenario.draft import read_draft
 from planner.scenario.sections import SECTIONS
 from planner.search.contract import BUDGET, breaches, cost_s
@@ -179,7 +179,7 @@ def test_beliefs_are_compared_where_there_are_several(page: str) -> None:
 
 def test_the_town_in_the_readme_is_searched_at_a_speed_that_is_exported() -> None:
     (town,) = [block for block in blocks("README.md", "toml") if "town.osm.gz" in block]
-    assert tomllib.loads(town)["uav"]["speed_mps"] <= checks.FASTEST_MPS
+    assert tomllib.loads(town)["uav"]["speed_mps"] <= FASTEST_MPS
 
 
 def anchor(heading: str) -> str:

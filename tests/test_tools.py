@@ -34,7 +34,8 @@ def test_help(tool: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("program", "option"), [("--search", "--u0-km"), ("--certificate", "--only")]
+    ("program", "option"),
+    [("--search", "--u0-km"), ("--certificate", "--only"), ("--online", "--small")],
 )
 def test_longer_benchmarks_are_started(program: str, option: str) -> None:
     done = run("benchmark.py", program, "--help")

@@ -25,6 +25,7 @@ from planner.experiments.instances import (
 )
 from planner.files import written_whole
 from planner.flight.legs import leg_names
+from planner.messages import percent
 from planner.mission.planning import budget_of, problem_of
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.scenario.toml_text import toml_text
@@ -161,8 +162,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         bound = bound_on(one, futures, wanted.steps)
         found[name] = replace(one, bound=bound)
         print(
-            f"{name}: {one.value_s:,.1f} s by {one.method}, {bound.gap:.1%} above the bound for "
-            f"{bound.plan_class}",
+            f"{name}: {one.value_s:,.1f} s by {one.method}, {percent(bound.gap)} above the bound "
+            f"for {bound.plan_class}",
             flush=True,
         )
         write(wanted.output, [one for one in found.values() if one.plan or one.stops])

@@ -25,6 +25,7 @@ from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
+from planner.messages import percent
 from planner.mission.planning import problem_of
 from planner.progress import Progress
 
@@ -216,7 +217,7 @@ def show(found: Sequence[Cell], title: str) -> None:
 def _texts(one: Cell) -> Iterator[str]:
     yield from (one.method, str(one.u0_km), f"{one.mean_s:,.0f}")
     yield f"{np.hypot(one.seeds_error_s, one.targets_error_s):.0f}"
-    yield from (f"{one.spread_s:.0f}", f"{one.found:.1%}")
+    yield from (f"{one.spread_s:.0f}", percent(one.found))
     yield "..".join(f"{value:,.0f}" for value in np.unique(one.reference_s))
     yield from (f"{one.reference_error_s:.0f}", f"{one.apart_s:+,.0f}", f"{one.allowed_s:.0f}")
     yield "agrees" if one.agrees else "DIFFERS"

@@ -37,6 +37,7 @@ from planner.belief.recipe import Drawn
 from planner.futures.record import How
 from planner.futures.store import recorded
 from planner.intervals import means_of_runs, student_interval
+from planner.messages import percent
 from planner.mission.recorder import Recorder
 
 UNSEEN, JUDGES = 100, 10  # realisations of truths: from which one on, and how many
@@ -121,9 +122,13 @@ def rows(case: Case, found: dict[str, Judged]) -> Iterator[str]:
     for name, one in found.items():
         later = (one.found_s - best.found_s) / best.found_s.mean()
         low, high = student_interval(later.tolist())
-        against = "" if one is best else f"{later.mean():+.1%} ± {(high - low) / 2:.1%}"
+        against = (
+            ""
+            if one is best
+            else f"{percent(later.mean(), sign=True)} ± {percent((high - low) / 2)}"
+        )
         cheats = one.cheating_s.mean() / found["one realisation"].cheating_s.mean() - 1
-        cheated = "" if name == "one realisation" else f"{cheats:+.1%}"
+        cheated = "" if name == "one realisation" else percent(cheats, sign=True)
         yield (
             f"| {case.name} | {name} | {one.promised_s:.0f} s | {one.found_s.mean():.0f} s "
             f"| {against} | {one.cheating_s.mean():.0f} s | {cheated} |"

@@ -10,14 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from planner.belief.distribution import Distribution, Uniform
-from planner.belief.mixture import Belief, Mixture, parts_of
+from planner.belief.mixture import Mixture, OneBelief, parts_of
 from planner.belief.prior import Prior, turn_probability
 from planner.network.road_network import RoadNetwork
 
 SLOWER, FASTER = 0.6, 1.3  # times the least speed, and the greatest
 
 
-def cautious(belief: Belief, share: float, network: RoadNetwork) -> Belief:
+def cautious(belief: OneBelief, share: float, network: RoadNetwork) -> OneBelief:
     """Return a belief of which a share is widened: any speed about as high, and any turn.
 
     Parameters

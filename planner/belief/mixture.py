@@ -1,4 +1,4 @@
-"""Mixtures: what the target may be, each with its probability."""
+"""Mixtures: what the target may be, each with its probability; and several targets at once."""
 
 from dataclasses import dataclass, replace
 
@@ -57,16 +57,45 @@ class Mixture(Frozen):
         return part
 
 
-Belief = Prior | Mixture
+OneBelief = Prior | Mixture
+
+
+@dataclass(frozen=True, eq=False)
+class Several(Frozen):
+    """Several targets, each with a belief of its own; where one is tells nothing of the others."""
+
+    targets: tuple[OneBelief, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.targets) < 2:
+            raise InputError("targets: give two beliefs or more; one stands for itself")
+        if len({target.driving for target in self.targets}) > 1:
+            raise InputError("targets: differ in driving, which is the same for all")
+
+    @property
+    def driving(self) -> Driving:
+        """How all of them drive."""
+        return self.targets[0].driving
+
+
+Belief = OneBelief | Several
 
 
 def parts_of(belief: Belief) -> tuple[Prior, ...]:
-    """Return the priors that a belief is made of: itself, or those of a mixture."""
+    """Return the priors that a belief is made of: itself, or those of a mixture or all targets."""
+    if isinstance(belief, Several):
+        return tuple(part for target in belief.targets for part in parts_of(target))
     return belief.parts if isinstance(belief, Mixture) else (belief,)
 
 
 def in_traffic(belief: Belief) -> Belief:
-    """Return the same of a target that drives in traffic."""
+    """Return the same of targets that drive in traffic."""
+    if isinstance(belief, Several):
+        return Several(tuple(_in_traffic(target) for target in belief.targets))
+    return _in_traffic(belief)
+
+
+def _in_traffic(belief: OneBelief) -> OneBelief:
     if isinstance(belief, Prior):
         return replace(belief, driving="traffic")
     return replace(belief, parts=tuple(replace(part, driving="traffic") for part in belief.parts))

@@ -9,7 +9,7 @@ import numpy as np
 from planner.arrays import Floats, Ints, first_rows
 from planner.belief.distribution import Distribution, Listed
 from planner.belief.going import GOING, going, timed, vanishes
-from planner.belief.mixture import Belief, Mixture
+from planner.belief.mixture import Belief, Mixture, OneBelief, Several
 from planner.belief.particles import Particles, together
 from planner.belief.prior import Prior, in_town
 from planner.belief.routes import (
@@ -58,7 +58,8 @@ def sample(
 ) -> Particles:
     """Return particles that stand for the prior, as in the paper's Figure 5.
 
-    Of a mixture, each part has random streams of its own.
+    Of a mixture, each part has random streams of its own, and of several targets each target. They
+    share the particles evenly, one after the other: particle k is of target k modulo their number.
 
     Parameters
     ----------
@@ -85,9 +86,9 @@ def sample(
     n = whole("n", n, least=0 if sampling == "all" else 1)
     horizon_s = number("horizon_s", horizon_s, above=0.0, ends=False)
     how = How(sampling, horizon_s)
-    if isinstance(prior, Mixture):
-        return _mixed(prior, network, n, rng, how)
-    return _of_one(prior, network, n, rng, how)
+    if isinstance(prior, Several):
+        return _of_several(prior, network, n, rng, how)
+    return _of_target(prior, network, n, rng, how)
 
 
 class How(NamedTuple):
@@ -95,6 +96,33 @@ class How(NamedTuple):
 
     sampling: Sampling
     horizon_s: float
+
+
+def _of_several(
+    several: Several, network: RoadNetwork, n: int, rng: np.random.Generator, how: How
+) -> Particles:
+    """Return particles of all targets in turn; those of each weigh what is probable of it."""
+    many = len(several.targets)
+    if n < many and how.sampling != "all":
+        raise InputError(f"n: {n} particles are too few for {many} targets; give one for each")
+    shares = [(n - number + many - 1) // many for number in range(many)]
+    drawn = [
+        _of_target(target, network, share, own, how)
+        for target, share, own in zip(several.targets, shares, rng.spawn(many), strict=True)
+    ]
+    target = np.concatenate([np.full(len(part), number) for number, part in enumerate(drawn)])
+    turn = np.concatenate([np.arange(len(part)) for part in drawn])
+    particles = replace(together(drawn), target=target)
+    return particles.take(np.lexsort((target, turn)))
+
+
+def _of_target(
+    prior: OneBelief, network: RoadNetwork, n: int, rng: np.random.Generator, how: How
+) -> Particles:
+    """Return particles of one target."""
+    if isinstance(prior, Mixture):
+        return _mixed(prior, network, n, rng, how)
+    return _of_one(prior, network, n, rng, how)
 
 
 def _mixed(

@@ -20,6 +20,7 @@ from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.messages import percent
 from planner.progress import Progress, silent
 from planner.search.problem import Problem
 from planner.search.result import TracePoint
@@ -89,6 +90,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
     on_roads = plan.follows_roads and problem.uav.aircraft is None
     objective = problem.objective
+    if objective.sought > 1:
+        raise NotApplicableError("there is no bound yet on searches for several targets")
     earned = evaluate(plan.tracks, problem.futures, problem.sensor, objective).reward
     # Who misses nobody earns no less: its bound is one for a sensor that may miss, too.
     own, problem = problem, problem.replace(sensor=problem.sensor.without_misses)
@@ -160,7 +163,7 @@ class _SoFar:
         gap = gap_of(self.value, bound)
         if not self.trace or self.trace[-1].value != bound:
             self.trace.append(TracePoint(self._steps, bound))
-        note = f"value {self.value:,.6g}, bound {bound:,.6g}, gap {gap:.1%}"
+        note = f"value {self.value:,.6g}, bound {bound:,.6g}, gap {percent(gap)}"
         self.effort.on_progress(self._steps, STEPS, note)
         return gap <= self.effort.gap or self.is_late()
 

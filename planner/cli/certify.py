@@ -12,6 +12,7 @@ from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, sha
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.interrupts import first_interrupt_asks
+from planner.messages import percent
 
 if TYPE_CHECKING:
     from planner.bounds.certificate import Certificate
@@ -73,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.mission.certificate_file import PROOF, write_better
     from planner.mission.certify import problem_of_plan, refuse_sorties
     from planner.mission.run_folder import PLAN, open_run, refuse_no_run, refuse_other_futures
+    from planner.mission.several import refuse_several
     from planner.report.sentences import world_line
 
     _check_sets(arguments.sets)
@@ -83,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         # No other command replaces it now.
         opened, stored = open_run(run_folder, permit_of(arguments))
         refuse_sorties(stored.plan)
+        refuse_several(opened, "certify")
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)
         problem = problem_of_plan(opened, stored.plan, recording.futures)
@@ -93,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
         summary = stays.content()
     lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
     if kept:
-        lines.insert(1, f"the earlier bound is better and stays: gap {summary['gap']:.1%}")
+        lines.insert(1, f"the earlier bound is better and stays: gap {percent(summary['gap'])}")
     if limit is not None and opened.scenario.truth == opened.scenario.target:
         lines.append(world_line(limit, stored.evaluated, problem.objective.by_s))
     print_result(arguments, summary, [*lines, f"written to {run_folder}"])

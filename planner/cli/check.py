@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from planner.cli.arguments import add_scenario
 from planner.cli.printing import print_result
 from planner.clock import clock, rough
-from planner.messages import counted
+from planner.messages import counted, percent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -113,7 +113,7 @@ def _table(title: str, measures: Mapping[str, str]) -> "Table":
 
 
 def _measures(found: "Survey") -> Iterator[tuple[str, str]]:
-    from planner.report.formats import length, percent
+    from planner.report.formats import length
 
     others = f"; {found.closed_edges:,} more not for cars" if found.closed_edges else ""
     yield "edges", f"{found.edges:,} for cars, {found.edge_km:,.1f} km{others}"

@@ -23,6 +23,7 @@ from planner.mission.run_folder import (
     own_futures,
     refuse_no_run,
 )
+from planner.mission.several import refuse_several
 from planner.report import debrief as told
 from planner.report import run_files, where
 from planner.scenario.aircraft_file import with_aircraft
@@ -38,6 +39,7 @@ def debriefed(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         folder = output_folder(stack, arguments, FILES)
         opened, stored = open_run(arguments.directory, permit_of(arguments))
+        refuse_several(opened, "fly --track")
         flight = _flight(arguments, opened, stored)
         at_s = _at_s(arguments, flight, stored)
         targets = _fresh(arguments, opened, stored)

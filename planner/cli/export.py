@@ -152,26 +152,22 @@ def run(arguments: argparse.Namespace) -> int:
             about.Summary(flight, wanted, (*wrong, *near), flown, _vehicle(arguments, flight))
             for flight, wrong, flown in written
         ]
-        told = "\n\n".join(summary.text for summary in summaries)
-        files = {**formats.texts(flights, wanted, worth.odds), formats.ABOUT: told}
+        told = about.About(tuple(summaries))
+        files = {**formats.texts(flights, wanted, worth.odds), formats.ABOUT: told.text}
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    each = [summary.as_dict() for summary in summaries]
-    content = each[0] if len(each) == 1 else {"flights": each}
-    blocks = _named(names, [summary.blocks for summary in summaries])
     ends = f"written to {output}; read {formats.ABOUT} first"
     paths = [str(output / name) for name in files]
-    print_result(arguments, content | {"files": paths}, [*blocks, ends])
+    print_result(arguments, told.as_dict() | {"files": paths}, [*told.lines(names), ends])
     return 0
 
 
 def _named(names: "Sequence[str]", said: "Sequence[Sequence[str]]") -> list[str]:
     """Return all that is said of flights, each line with the name of its flight if it has one."""
     return [
-        line.replace(words, f"{name}: {words}", 1) if name else line
+        f"{name}: {line}" if name else line
         for name, lines in zip(names, said, strict=True)
         for line in lines
-        for words in [line.lstrip("\n")]  # a block may begin with an empty line
     ]
 
 

@@ -188,6 +188,7 @@ def run(arguments: argparse.Namespace) -> int:
         own_futures,
         refuse_no_run,
     )
+    from planner.mission.several import refuse_several
     from planner.report import run_files, tables
 
     _check_route(arguments)
@@ -208,25 +209,30 @@ def run(arguments: argparse.Namespace) -> int:
     _refuse_without_track(arguments)
     refuse_no_run(arguments.directory)
     with ExitStack() as stack:
-        names = (FLIGHTS,)
-        folder = new_files(stack, arguments.directory, names, force=arguments.force)
+        folder = new_files(stack, arguments.directory, (FLIGHTS,), force=arguments.force)
         # No other command replaces it now.
         opened, stored = open_run(arguments.directory, permit_of(arguments))
+        if arguments.route is not None:
+            refuse_several(opened, "--route")
         seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
         record = partial(_true_targets, arguments=arguments, seed=seed)
         drive = Drive.of_truth("recording true targets", opened)
         recording = recorded(arguments, opened, drive, record)
         flown = fly(stored.plan, recording.futures, stored.sensor, stored.objective)
-        run_files.write_flights(folder / FLIGHTS, recording, flown)
+        names = opened.scenario.target_names
+        run_files.write_flights(folder / FLIGHTS, recording, flown, names)
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
     in_town = not opened.network.is_abstract
-    first: Any = tables.flights_table(flown.evaluation, in_town=in_town)
+    first: list[Any] = [tables.flights_table(flown.evaluation, in_town=in_town)]
     if arguments.route is not None:
-        first = run_files.mission_line(flown, in_town=in_town)
+        first = [run_files.mission_line(flown, in_town=in_town)]
         summary["found"] = bool(flown.evaluation.found[0])
-    print_result(arguments, summary, [first, *note, f"written to {written}"])
+    elif flown.evaluation.objective.sought > 1:
+        told = run_files.several_blocks(flown, recording.futures, names, in_town=in_town)
+        first = [*told] if len(recording.futures) <= len(names) else [*first, *told]
+    print_result(arguments, summary, [*first, *note, f"written to {written}"])
     return 0
 
 

@@ -48,7 +48,7 @@ from planner.mission.to_gap import TwoSided, planned_to_gap
 from planner.mission.trial import Attempt, Trial, try_order
 from planner.page.page import page
 from planner.page.shown import Shown
-from planner.report import real_flight, run_files, sentences, tables
+from planner.report import finds, real_flight, run_files, sentences, tables
 from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
 from planner.search.problem import Problem
@@ -107,6 +107,8 @@ class _Found(_Planned):
             seed=self.opened.scenario.search.seed,
             sighted_at=self.opened.scenario.target.sighted_at,
         )
+        if len(names := self.opened.scenario.target_names) > 1:
+            content["targets"] = [*names]
         if self.parent:
             content["parent"] = dict(self.parent)
         if self.trial.own is not None:
@@ -252,7 +254,7 @@ def _evaluated(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
-        prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
+        prospects=prospects(fresh.futures, problem.flying, problem.sensor, problem.objective),
         fresh=targets.are,
         timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
@@ -338,6 +340,8 @@ def _blocks(
     if not shown:
         yield flight_table(trial.plan, opened)
     yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
+    if found.problem.objective.sought > 1:
+        yield finds.targets_table(trial.evaluated, opened.scenario.target_names)
     if found.timing:
         yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
         yield real_flight.corners_line(trial.plan)
@@ -347,6 +351,7 @@ def _blocks(
         (
             sentences.as_if_perfect({found.row.method: trial.evaluated}),
             sentences.hidden_line(opened.scenario.truth.hidden),
+            sentences.flees_line(opened.scenario.target),
         ),
     )
     yield from _hints(found, own=own is not None)

@@ -30,11 +30,12 @@ def evaluate_all(
     add up.
     """
     run = None if futures.fates is None else futures.fates.realisation
+    target = None if objective.sought == 1 else futures.target
     if not all(sensor.is_perfect for _, sensor in searched):
         unseen = survival(futures, searched)
         found = Evaluation.of_survival(unseen, futures.weight, futures.end_s, objective)
-        return found if run is None else replace(found, run=run)
+        return replace(found, run=run, target=target)
     seen_at = np.full(len(futures), np.inf)
     for track, sensor in searched:
         np.minimum(seen_at, first_detection(futures, track, sensor.radius_m), out=seen_at)
-    return Evaluation(seen_at, futures.weight, futures.end_s, objective, run=run)
+    return Evaluation(seen_at, futures.weight, futures.end_s, objective, run=run, target=target)

@@ -3,7 +3,8 @@
 They come from seen times, or, where a sensor may miss, from how probably each target is unseen.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +14,7 @@ from planner.checked import same_length, weights
 from planner.detection.objective import Objective
 from planner.detection.survival import Survival
 from planner.errors import InputError
-from planner.intervals import half_width, half_width_of_runs, share_interval
+from planner.intervals import half_width, half_width_of_runs, interval_of_sum, share_interval
 
 MOMENTS = 1000  # of a curve that has no steps
 
@@ -23,7 +24,8 @@ class Evaluation(Frozen):
     """When each target is first seen, or how probably by when, and all that follows from it.
 
     Weights sum to the probability that a target is there at all; with the rest of the
-    probability there is none, which is never found and costs the horizon.
+    probability there is none, which is never found and costs the horizon. If several are sought,
+    this is so of each; times are then sums over them, and probabilities expected numbers.
     """
 
     # (N,) seconds on the target's clock, inf: never; where it may be missed the median: from
@@ -34,6 +36,7 @@ class Evaluation(Frozen):
     objective: Objective
     survival: Survival | None = None  # where a sensor may miss; None: whoever is seen is found
     run: Ints | None = None  # (N,) of the traffic, in which targets met; None: none met another
+    target: Ints | None = None  # (N,) which of those sought each row may be; None: one is sought
 
     def __post_init__(self) -> None:
         freeze(self, seen_at=np.float64, weight=np.float64, end_s=np.float64)
@@ -45,6 +48,8 @@ class Evaluation(Frozen):
             same_length(weight=self.weight, survival=self.survival.first[1:])
         if self.run is not None:
             same_length(weight=self.weight, run=self.run)
+        if self.target is not None:
+            same_length(weight=self.weight, target=self.target)
 
     @classmethod
     def of_survival(
@@ -62,7 +67,25 @@ class Evaluation(Frozen):
             self.objective,
             self.survival and self.survival.of_those(which),
             None if self.run is None else self.run[which],
+            None if self.target is None else self.target[which],
         )
+
+    @property
+    def rows_of_each(self) -> list[Flags]:
+        """Which rows are of each target, (N,) flags for each of whom any row has weight."""
+        if self.target is None:
+            return [np.ones(len(self.weight), dtype=bool)]
+        return [self.target == number for number in self.each]
+
+    @cached_property
+    def each(self) -> Mapping[int, "Evaluation"]:
+        """What it achieves with each target alone, by number; none of whom no row has weight."""
+        if self.target is None:
+            return {0: self}
+        alone = replace(self.objective, sought=1)
+        there = np.unique(self.target[self.weight > 0.0]).tolist()
+        rows = {number: self.of_those(self.target == number) for number in there}
+        return {n: replace(one, target=None, objective=alone) for n, one in rows.items()}
 
     @cached_property
     def time_s(self) -> Floats:
@@ -96,8 +119,8 @@ class Evaluation(Frozen):
 
     @property
     def absent_probability(self) -> float:
-        """Probability that there is no target to be found."""
-        return max(0.0, 1.0 - float(self.weight.sum()))
+        """Probability that there is no target to be found, or how many of several are not."""
+        return max(0.0, self.objective.sought - float(self.weight.sum()))
 
     @property
     def figure(self) -> float:
@@ -136,7 +159,8 @@ class Evaluation(Frozen):
         return np.asarray(self.found & (self.seen_at < self.end_s))
 
     def _probability(self, which: Floats | Flags) -> float:
-        return min(1.0, float(self.weight @ which))  # a thousand thousandths may sum to more
+        most = float(self.objective.sought)
+        return min(most, float(self.weight @ which))  # a thousand thousandths may sum to more
 
     @property
     def ci95_s(self) -> tuple[float, float]:
@@ -147,13 +171,17 @@ class Evaluation(Frozen):
         n = 1 / sum_k v_k^2, which is the number of targets when all weigh the same. The
         probability 1 - p that there is no target is known, not drawn, and adds no width. Fewer
         than two draws tell nothing: the interval is then from 0 to the horizon. Of targets in
-        traffic only those of different runs are independent.
+        traffic only those of different runs are independent. Several targets are drawn each for
+        itself: of their sum, the squares of what leads to the limits add up.
         """
+        if len(self.each) > 1:
+            parts = [(one.expected_detection_time_s, one.ci95_s) for one in self.each.values()]
+            return interval_of_sum(self.expected_detection_time_s, parts)
         if self.weight.sum() <= 0.0:
-            return self.objective.horizon_s, self.objective.horizon_s
+            return (self.objective.sought * self.objective.horizon_s,) * 2
         half_s = self._half_width(self.time_s)
         if np.isinf(half_s):
-            return 0.0, self.objective.horizon_s
+            return 0.0, self.objective.sought * self.objective.horizon_s
         middle_s = self.expected_detection_time_s
         return middle_s - half_s, middle_s + half_s
 
@@ -164,18 +192,23 @@ class Evaluation(Frozen):
         The probability that there is a target is known, not drawn; only what happens to those
         that are there is uncertain.
         """
-        return self._interval(self.detection_probability)
+        return self._interval(lambda one: one.detection_probability)
 
     @property
     def found_before_goal_interval(self) -> tuple[float, float]:
         """95 % interval of the probability that it is found before it reaches its goal."""
-        return self._interval(self.found_before_goal_probability)
+        return self._interval(lambda one: one.found_before_goal_probability)
 
     def found_by_interval(self, time_s: float) -> tuple[float, float]:
         """Return the 95 % interval of the probability that it is found by a time, seconds."""
-        return self._interval(self.found_by_probability(time_s))
+        return self._interval(lambda one: one.found_by_probability(time_s))
 
-    def _interval(self, probability: float) -> tuple[float, float]:
+    def _interval(self, figure: Callable[["Evaluation"], float]) -> tuple[float, float]:
+        """Return the 95 % interval of a probability, or of a sum of those of several targets."""
+        if len(self.each) > 1:
+            parts = [(figure(one), one._interval(figure)) for one in self.each.values()]
+            return interval_of_sum(figure(self), parts)
+        probability = figure(self)
         present = float(self.weight.sum())
         if present <= 0:
             return 0.0, 0.0

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats
-from planner.checked import number, set_fields
+from planner.checked import number, set_fields, whole
+from planner.messages import percent
 
 
 @dataclass(frozen=True)
@@ -14,15 +15,18 @@ class Objective:
 
     Both reward a sighting, the sooner the better: with ``horizon - t``, so that the greatest
     expected reward is the least E[min(tau, horizon)]; or, if ``by_s`` is given, with 1 up to then.
+    Of several targets it is the sum of their times, or how many are expected to be found by then.
     """
 
     horizon_s: float  # a target not seen by then counts as this much
     by_s: float | None = None  # None: least expected time; else the deadline, seconds
+    sought: int = 1  # how many targets are searched for
 
     def __post_init__(self) -> None:
         set_fields(self, {"horizon_s": number("horizon_s", self.horizon_s, above=0.0)})
         if self.by_s is not None:
             set_fields(self, {"by_s": number("by_s", self.by_s, above=0.0)})
+        set_fields(self, {"sought": whole("sought", self.sought, least=1)})
 
     def reward(self, seen_at: Floats) -> Floats:
         """Return what sightings are worth, never negative; a miss (inf) is worth nothing."""
@@ -42,11 +46,14 @@ class Objective:
 
     def value(self, reward: float) -> float:
         """Return the objective's own figure for an expected reward: seconds, or a probability."""
-        return reward if self.by_s is not None else self.horizon_s - reward
+        return reward if self.by_s is not None else self.sought * self.horizon_s - reward
 
     def as_text(self, value: float) -> str:
         """Return a figure of the objective for people."""
-        return f"{value:,.0f} s" if self.by_s is None else f"{value:.1%} found"
+        if self.by_s is None:
+            return f"{value:,.0f} s"
+        many = percent(value) if self.sought == 1 else f"{value:.2f} of {self.sought}"
+        return f"{many} found"
 
     def is_better(self, one: float, other: float) -> bool:
         """Tell whether one figure of the objective is better than another."""

@@ -1,7 +1,7 @@
 """What any flight has to reckon with: targets leave the map, and some are out of reach."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Prospects:
     """How many targets have left the map by when, and how many a flight can find at most."""
 
     gone_by: tuple[tuple[float, float], ...]  # seconds on the target's clock, probability
-    gone: float  # probability of having left by the horizon
+    gone: float  # probability of having left by the horizon; of several targets their mean
     ceiling: Evaluation  # each target chased alone: what no flight surpasses
 
     @property
@@ -37,12 +37,12 @@ def prospects(
     """Return what any flight of one UAV or several has to reckon with on given futures."""
     horizon_s = objective.horizon_s
     moments_s = [moment_s for moment_s in MOMENTS_S if moment_s < horizon_s]
+    seen_at, many = chased_by_any(futures, uavs, sensor), objective.sought
+    chased = Evaluation(seen_at, futures.weight, futures.end_s, objective)
     return Prospects(
-        gone_by=tuple((moment_s, gone_by(futures, moment_s)) for moment_s in moments_s),
-        gone=gone_by(futures, horizon_s),
-        ceiling=Evaluation(
-            chased_by_any(futures, uavs, sensor), futures.weight, futures.end_s, objective
-        ),
+        gone_by=tuple((moment_s, gone_by(futures, moment_s) / many) for moment_s in moments_s),
+        gone=gone_by(futures, horizon_s) / many,
+        ceiling=chased if many == 1 else replace(chased, target=futures.target),
     )
 
 

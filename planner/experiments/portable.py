@@ -25,6 +25,7 @@ from planner.futures.futures import Futures
 from planner.mission.places import frame
 from planner.mission.planning import problem_of
 from planner.mission.recorder import Recorder
+from planner.mission.several import refuse_several
 from planner.network.road_network import RoadNetwork
 from planner.npz import write_columns
 from planner.provenance import sha256_of_file, versions
@@ -76,6 +77,7 @@ def export(here: Path, instance: Instance, recorder: Recorder, judged: int = JUD
         If its sensor or its UAV cannot be told in few words.
     """
     opened = recorder.opened
+    refuse_several(opened, "an instance")
     planning = rounded(recorder.planning().futures)
     judging = rounded(recorder.evaluation(judged).futures)
     problem = problem_of(opened, planning)

@@ -17,6 +17,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.guard import read_json, read_text
+from planner.messages import percent
 from planner.mission.planning import problem_of
 from planner.mission.recorder import Recorder
 from planner.search.problem import Problem
@@ -156,7 +157,7 @@ def _cell(found: Evaluation | None, least_s: float) -> str:
         return "-"
     expected_s = found.expected_detection_time_s
     half_s = found.ci95_s[1] - expected_s
-    text = f"{expected_s:,.1f} ± {half_s:.1f} s, {100 * found.detection_probability:.1f} %"
+    text = f"{expected_s:,.1f} ± {half_s:.1f} s, {percent(found.detection_probability)}"
     return f"**{text}**" if expected_s == least_s else text
 
 

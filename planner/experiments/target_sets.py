@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.belief.distribution import Distribution, Listed
-from planner.belief.mixture import Mixture
 from planner.belief.particles import Particles
+from planner.belief.prior import Prior
 from planner.belief.recipe import Drawn
 from planner.detection.evaluate import evaluate
 from planner.detection.sensor import rate_of
@@ -52,7 +52,7 @@ def targets_of(target_set: TargetSet, condition: Condition, *, workers: int = 1)
 
 
 def _targets(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
-    truth = opened.scenario.truth.model_dump(mode="json")
+    truth = opened.scenario.truth.model_dump(mode="json", exclude={"name"})
     made_of = {"truth": truth, "points": target_set.points, "parks": target_set.parks}
     key = json.dumps([opened.network.sha256, opened.scenario.search.horizon_s, made_of])
     if key not in _at_hand:
@@ -76,8 +76,8 @@ def enumerated(target_set: TargetSet, condition: Condition) -> Particles:
 
 def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
     prior = opened.truth_prior
-    if isinstance(prior, Mixture):
-        raise InputError("sets: take single targets; leave target.mix out")
+    if not isinstance(prior, Prior):
+        raise InputError("sets: take single targets; leave target.mix out, and give one [target]")
     prior = replace(
         prior,
         speed_mps=_at_points(prior.speed_mps, target_set.points),
@@ -89,7 +89,7 @@ def _recipe(target_set: TargetSet, opened: OpenScenario) -> Drawn:
 
 
 def _all_routes(target_set: TargetSet, opened: OpenScenario, workers: int) -> RecordedTargets:
-    described = {"truth": opened.scenario.truth.model_dump(mode="json")}
+    described = {"truth": opened.scenario.truth.model_dump(mode="json", exclude={"name"})}
     recipe = _recipe(target_set, opened)
     recording = recorded(opened.network, recipe, scenario=described, how=How(workers=workers))
     futures = recording.futures

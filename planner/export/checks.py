@@ -1,7 +1,6 @@
 """What speaks against flying a flight as it is written, one line for each thing."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from math import hypot, inf
 
 import numpy as np
@@ -9,13 +8,13 @@ import numpy as np
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
-from planner.flight.separation import BESIDE_M, MISTIMED, too_near_s
+from planner.flight.separation import BESIDE_M, MISTIMED, meetings
 from planner.flight.turning import tight_corners
-from planner.messages import counted
+from planner.messages import counted, percent
+from planner.mission.aircraft import not_kept
 from planner.scenario.fleet import APART_M
 
 FAR_M = 900.0  # from home to the first waypoint, beyond which PX4 does not start a mission
-FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of more
 ROUNDING_S = 1.0  # by which whole seconds of hovering may make a flight longer
 
 
@@ -27,7 +26,7 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
     most_waypoints
         That the autopilot takes; None: it is written in parts.
     """
-    yield from _aircraft(run)
+    yield from map(str, not_kept(run.aircraft.law, climbs=run.flight.launch is None))
     many = len(run.flight.waypoints)
     if most_waypoints is not None and many > most_waypoints:
         yield (
@@ -48,38 +47,22 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
             f"the first waypoint is {away_m:,.0f} m from where it takes off, more than "
             f"{FAR_M:.0f} m; take off nearer (uav.start)"
         )
-    speed_mps = run.flight.speed_mps
-    if speed_mps > FASTEST_MPS:
-        yield (
-            f"uav.speed_mps: {speed_mps:g} m/s is more than the {FASTEST_MPS:g} m/s that "
-            "autopilots keep to, though they take it without a word; give the speed that is flown"
-        )
 
 
 def too_near(runs: Sequence[RunFlight], names: Sequence[str]) -> Iterator[str]:
     """Yield which flights of different UAVs may come too near each other, and when first."""
-    for one, other in combinations(range(len(runs)), 2):
-        if runs[one].sortie.uav == runs[other].sortie.uav:
-            continue
-        near_s = too_near_s(runs[one].course, runs[other].course)
-        if near_s is not None:
-            yield (
-                f"{names[one]} and {names[other]} may be nearer than {APART_M:g} m in height and "
-                f"{BESIDE_M:g} m beside each other from {clock(near_s)} on, if times are off by "
-                f"{MISTIMED:.0%}; start and land {BESIDE_M:g} m apart, or take off later "
-                "(uav.take_off_s)"
-            )
+    courses, whose = [run.course for run in runs], [run.sortie.uav for run in runs]
+    for one, other, near_s in meetings(courses, whose):
+        yield nearness(names[one], names[other], near_s)
 
 
-def _aircraft(run: RunFlight) -> Iterator[str]:
-    law = run.aircraft.law
-    at_once = [
-        (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
-        (law.climb_mps, "climb_mps", "is at its height"),
-    ][: 2 if run.flight.launch is None else 1]
-    for rate, key, what in at_once:
-        if rate == inf:
-            yield f"uav.{key}: is not given, and no aircraft {what} at once; give it"
+def nearness(one: str, other: str, near_s: float) -> str:
+    """Return what is said of two flights that may come too near each other from a time on."""
+    return (
+        f"{one} and {other} may be nearer than {APART_M:g} m in height and {BESIDE_M:g} m beside "
+        f"each other from {clock(near_s)} on, if times are off by {percent(MISTIMED, 0)}; start "
+        f"and land {BESIDE_M:g} m apart, or take off later (uav.take_off_s)"
+    )
 
 
 def _pieces(run: RunFlight) -> Iterator[str]:

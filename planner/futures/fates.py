@@ -10,6 +10,7 @@ from planner.arrays import Flags, Floats, Frozen, Ints, Offsets, freeze
 from planner.checked import same_length
 from planner.futures.riders import DRIVEN_S
 from planner.intervals import ratio_of_means
+from planner.messages import percent
 
 LATE_S = 1.0  # after its departure, from which on a particle counts as late
 
@@ -105,10 +106,10 @@ class Fates(Frozen):
         share, half, pairs = self.share()
         if pairs == 0:
             return ""
-        interval = f" (95 % interval +-{half:.1%})" if np.isfinite(half) else ""
+        interval = f" (95 % interval +-{percent(half)})" if np.isfinite(half) else ""
         return (
-            f"in the first {DRIVEN_S:.0f} s a particle comes {share:.1%} of the way that it comes "
-            f"when no other particle rides beside it{interval}, measured on {pairs}"
+            f"in the first {DRIVEN_S:.0f} s a particle comes {percent(share)} of the way that it "
+            f"comes when no other particle rides beside it{interval}, measured on {pairs}"
         )
 
 

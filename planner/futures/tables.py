@@ -151,16 +151,18 @@ def _read_particles(path: Path, knots: Path, names: tuple[str, ...]) -> _Particl
     """Return what a file says of the particles of these names, in any order."""
     table = read_table(path)
     weight = numbers(path, table, "weight")
-    if (weight < 0).any() or weight.sum() > 1 + TOTAL:
+    target = _targets(path, table)
+    total = np.bincount(target, np.maximum(weight, 0.0)).max(initial=0.0)
+    if (weight < 0).any() or total > 1 + TOTAL:
         raise InputError(
-            f"{path}: weights must not be negative nor exceed 1 in all, "
-            f"they sum to {weight.sum():g}"
+            f"{path}: weights must not be negative nor exceed 1 in all of a target, "
+            f"they sum to {total:g}"
         )
     row = _rows_of(path, table, knots, names)
     return _Particles(
         weight=_shared_out(path, knots, weight, row),
         gone=_gone(path, table)[row],
-        target=_targets(path, table)[row],
+        target=target[row],
         speed_mps=tuple(_speeds(path, table)[row].tolist()),
         route=tuple(_routes(path, table)[row].tolist()),
         fates=_fates(path, table, row),

@@ -1,11 +1,14 @@
 """The aircraft that a scenario describes, as the flight law takes it."""
 
 import math
+from collections.abc import Iterator
 
+from planner.errors import Fault
 from planner.flight.law import NO_WIND, Aircraft, FlightLaw
 from planner.scenario.uav import UavSection
 
 UNKNOWN_WIND_MPS = 5.0  # from the worst side, for the way home alone
+FASTEST_MPS = 20.0  # that ArduCopter takes as its speed; it says nothing of more
 
 
 def aircraft_of(uav: UavSection) -> Aircraft | None:
@@ -24,6 +27,42 @@ def aircraft_of(uav: UavSection) -> Aircraft | None:
         wind_mps=NO_WIND if wind is None else _blowing(wind.speed_mps, wind.from_deg),
     )
     return Aircraft(law, uav.kept_s, UNKNOWN_WIND_MPS if wind is None else wind.speed_mps)
+
+
+def never_flown(uav: UavSection) -> Iterator[Fault]:
+    """Yield why no flight of an aircraft can be written for an autopilot, whatever its plan is."""
+    if aircraft_of(uav) is None:
+        yield Fault(
+            "uav",
+            "the plan is for an ideal aircraft, which no real one keeps up with; plan with --set "
+            "uav.aircraft=multicopter, or have it timed anew: --aircraft multicopter, or a file",
+        )
+    elif uav.altitude_m <= 0.0:
+        yield Fault("uav.altitude_m", "is 0, on the ground; give the height to fly at")
+
+
+def not_kept(law: FlightLaw, *, climbs: bool) -> Iterator[Fault]:
+    """Yield what of an aircraft's flight law an autopilot does not keep to, with the remedy.
+
+    Parameters
+    ----------
+    climbs
+        Whether it begins on the ground.
+    """
+    at_once = [
+        (law.acceleration_mps2, "acceleration_mps2", "is at its speed"),
+        (law.climb_mps, "climb_mps", "is at its height"),
+    ][: 2 if climbs else 1]
+    for rate, key, what in at_once:
+        if rate == math.inf:
+            text = f"is not given, and no aircraft {what} at once; give it"
+            yield Fault(f"uav.{key}", text)
+    if law.speed_mps > FASTEST_MPS:
+        yield Fault(
+            "uav.speed_mps",
+            f"{law.speed_mps:g} m/s is more than the {FASTEST_MPS:g} m/s that autopilots keep to, "
+            "though they take it without a word; give the speed that is flown",
+        )
 
 
 def _blowing(speed_mps: float, from_deg: float) -> tuple[float, float]:

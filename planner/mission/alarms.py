@@ -19,10 +19,10 @@ from planner.errors import InputError
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
-from planner.intervals import student_interval
+from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
 from planner.mission.planning import problem_of
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.progress import Progress, silent
 
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
@@ -59,12 +59,9 @@ class Compared(NamedTuple):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Its 95 % interval, over sequences of alarms."""
-        share = 1.0 - self.saved
-        apart = [share * late - anew for late, anew in zip(self.late_s, self.anew_s, strict=True)]
-        low, high = student_interval(apart)
-        mean_s = sum(self.late_s) / len(self.late_s)
-        return self.saved + low / mean_s, self.saved + high / mean_s
+        """Its 95 % interval, over sequences of alarms; without bounds for a single one."""
+        ratio, half = ratio_of_means(np.array(self.anew_s), np.array(self.late_s))
+        return 1.0 - ratio - half, 1.0 - ratio + half
 
 
 def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, anew: bool) -> Track:
@@ -112,6 +109,8 @@ def compared(
     sequences
         The times of search between alarms of each flight.
     """
+    if len(mission.opened.scenario.uavs) > 1:
+        raise InputError("--alarms: are those of one UAV, and the plan is for several")
     late_s: list[float] = []
     anew_s: list[float] = []
     for done, gaps_s in enumerate(sequences):

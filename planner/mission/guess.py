@@ -9,7 +9,9 @@ from planner.futures.calibrate import MOST, calibrated
 from planner.futures.clock_error import ClockError, clock_error
 from planner.futures.futures import Futures
 from planner.futures.kinematic import kinematic_futures
+from planner.messages import percent
 from planner.mission.recorder import Recorder
+from planner.mission.traffic import on_its_clock
 from planner.network.signals import Signals, signals_of
 
 log = logging.getLogger(__name__)
@@ -24,7 +26,7 @@ def planning_guess(recorder: Recorder) -> Futures | None:
     if signals is None:
         return None
     horizon_s = recorder.opened.scenario.search.horizon_s
-    particles = recorder.planning_particles()
+    particles = on_its_clock(recorder.planning_particles(), recorder.opened.traffic)
     return kinematic_futures(recorder.opened.network, particles, signals, horizon_s=horizon_s)
 
 
@@ -56,13 +58,14 @@ def told_reach(futures: Futures, horizon_s: float) -> str:
         return "a guess, before SUMO drives: all particles are gone by then"
     all_there = all(share == 1.0 for _, _, share in reaches)
     far = ", ".join(
-        f"{far_m / 1000.0:.1f} km at {minute:g} min" + ("" if all_there else f" ({share:.0%} are)")
+        f"{far_m / 1000.0:.1f} km at {minute:g} min"
+        + ("" if all_there else f" ({percent(share, 0)} are)")
         for minute, far_m, share in reaches
     )
     those = "the particles" if all_there else "the particles that are on the map then"
     return (
-        f"a guess, before SUMO drives: {SHARE:.0%} of {those} are within {far} of the middle of "
-        "their starts"
+        f"a guess, before SUMO drives: {percent(SHARE, 0)} of {those} are within {far} of the "
+        "middle of their starts"
     )
 
 
@@ -80,7 +83,7 @@ def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | 
     if signals is None:
         return None
     network = recorder.opened.network
-    particles = recorder.planning_particles()
+    particles = on_its_clock(recorder.planning_particles(), recorder.opened.traffic)
     measured, calibration = np.arange(len(particles)), None
     if signals.actuated.any() and particles.driving != "constant" and len(particles) > 1:
         half = measured[: min(len(particles) // 2, MOST)]

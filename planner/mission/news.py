@@ -18,6 +18,7 @@ from planner.detection.survival import Searched, survival
 from planner.errors import Fault, InputError
 from planner.flight.track import Track
 from planner.futures.futures import Futures
+from planner.messages import percent
 from planner.mission.uav_places import place_faults_of, start_xy
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
@@ -193,9 +194,9 @@ def refuse_unlikely(
     share = agreeing(futures, report, news, network, speed_mps=speed_mps)
     if share < LIKELY:
         raise InputError(
-            f"the report of {clock(report.at_s)}: only {share:.1%} of what is believed is there "
-            f"then, less than {LIKELY:.0%}; check its place and time, give it a larger radius, or "
-            "have it count all the same: --insist"
+            f"the report of {clock(report.at_s)}: only {percent(share)} of what is believed is "
+            f"there then, less than {percent(LIKELY, 0)}; check its place and time, give it a "
+            "larger radius, or have it count all the same: --insist"
         )
 
 
@@ -207,9 +208,9 @@ def target_faults(news: Sequence[News], targets: int = 1) -> Iterator[Fault]:
             yield Fault(f"news.heard[{k}].target", f"{one.target} is none of the targets; {most}")
 
 
-def news_faults(news: Sequence[News], network: RoadNetwork) -> Iterator[Fault]:
-    """Yield what news names that the net does not have."""
-    yield from target_faults(news)
+def news_faults(news: Sequence[News], network: RoadNetwork, targets: int = 1) -> Iterator[Fault]:
+    """Yield what news names that the net does not have, and of targets that there are not."""
+    yield from target_faults(news, targets)
     for k, one in enumerate(news):
         if not isinstance(one, ReportNews | NothingNews):
             continue

@@ -1,7 +1,7 @@
 """A scenario with its network open: all that a search starts from, or every fault at once."""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,35 +9,29 @@ import numpy as np
 
 from planner.belief.caution import cautious
 from planner.belief.distribution import distribution
-from planner.belief.mixture import Belief, Mixture
+from planner.belief.mixture import Belief, Mixture, OneBelief, Several
 from planner.belief.prior import Known, prior_of
 from planner.errors import Fault, InputError, PlannerError, ScenarioError
 from planner.flight.airspace import Airspace
 from planner.flight.ways import Point
 from planner.futures.traffic import NO_PERMIT, Permit, Traffic
 from planner.messages import as_written
-from planner.mission.areas import airspace_of, place_faults
+from planner.mission.areas import airspace_of
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.news import news_faults
 from planner.mission.traffic import traffic_of
-from planner.mission.uav_places import (
-    far_faults,
-    landing_faults,
-    return_xy,
-    start_xy,
-    uav_faults,
-)
+from planner.mission.uav_airspace import airspace_for
+from planner.mission.uav_places import return_xy, start_xy
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
 from planner.network.street_names import no_edge
 from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
-from planner.scenario.fleet import named_for
-from planner.scenario.news import News
+from planner.scenario.listed import named_for
+from planner.scenario.news import FoundNews, News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
-from planner.scenario.uav import UavSection
 
 log = logging.getLogger(__name__)
 
@@ -67,6 +61,12 @@ class OpenScenario:
     def news(self) -> tuple[News, ...]:
         """What is known of the target beyond the priors."""
         return self.scenario.news.heard or ()
+
+    @property
+    def sought(self) -> int:
+        """How many targets are searched for: all but those that news says are found."""
+        found = {one.target for one in self.news if isinstance(one, FoundNews)}
+        return max(1, len(self.scenario.targets) - len(found))
 
     @property
     def starts_m(self) -> tuple[Point, ...]:
@@ -118,10 +118,14 @@ def open_scenario(
     known: dict[str, Known] = {}
     notes: list[str] = []
     if network is not None:
-        for key, target, names in _targets(draft):
+        for key, target, names, known_as in _targets(draft):
             found: list[Fault] = []
-            if key == "truth" and target == draft.target:
-                known |= {f"truth{name.removeprefix('target')}": k for name, k in known.items()}
+            if known_as is not None:
+                known |= {
+                    name.replace(known_as, key, 1): k
+                    for name, k in known.items()
+                    if name == known_as or name.startswith(f"{known_as}.")
+                }
                 continue
             for part_key, part in target.parts(key):
                 known[part_key], wrong = _known(part_key, part, network, draft, notes)
@@ -129,7 +133,7 @@ def open_scenario(
             faults += told_once(faults_of_fields(found, key, names))
         airspaces = _airspaces(draft, network, faults)
         traffic = _traffic(draft, network, faults, permit)
-        faults += news_faults((draft.news and draft.news.heard) or (), network)
+        faults += news_faults((draft.news and draft.news.heard) or (), network, len(draft.targets))
     if faults or network is None:
         raise ScenarioError(str(draft.path), faults)
     scenario = draft.scenario(in_town=not network.is_abstract)
@@ -137,12 +141,11 @@ def open_scenario(
     return OpenScenario(
         scenario=scenario,
         network=network,
-        prior=cautious(
-            _belief("target", scenario.target, network, known),
-            scenario.target.caution or 0.0,
-            network,
+        prior=_all(
+            cautious(_belief(key, target, network, known), target.caution or 0.0, network)
+            for key, target in draft.targets
         ),
-        truth_prior=_belief("truth", scenario.truth, network, known),
+        truth_prior=_all(_belief(key, truth, network, known) for key, truth in draft.truths),
         airspace=airspaces[0],
         traffic=traffic,
         notes=tuple(dict.fromkeys(notes)),
@@ -157,7 +160,7 @@ def _airspaces(
     found: list[Airspace | None] = []
     for key, uav in draft.uavs:
         sound = not any(one.is_about(f"{key}.") for one in faults)
-        airspace, told = _airspace(draft, network, uav, sound=sound)
+        airspace, told = airspace_for(uav, draft, network, sound=sound)
         found.append(airspace)
         # what is wrong with the areas is so for all, and told once
         faults += [one for one in named_for(key, told) if one not in faults]
@@ -166,32 +169,6 @@ def _airspaces(
         faults += told
         found.append(airspace)
     return tuple(found)
-
-
-def _airspace(
-    draft: Draft, network: RoadNetwork, uav: UavSection, *, sound: bool
-) -> tuple[Airspace | None, list[Fault]]:
-    """Return where a UAV may fly, None for anywhere, and what is wrong with its places.
-
-    Parameters
-    ----------
-    sound
-        Whether nothing else of it is faulty.
-    """
-    faults = [*uav_faults(uav, network)]
-    sound = sound and not faults
-    airspace, found = airspace_of(draft.airspace, draft.folder, network, uav if sound else None)
-    faults += found
-    if not sound:
-        return airspace, faults
-    faults += landing_faults(uav, network)
-    if draft.search is not None and draft.sensor is not None:
-        reach_m = uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
-        faults += far_faults(uav, network, reach_m)
-    if airspace is not None:
-        start, home = start_xy(uav.start, network), return_xy(uav, network)
-        faults += place_faults(airspace, network, start, home)
-    return airspace, faults
 
 
 def _traffic(
@@ -220,7 +197,7 @@ def _known(
 
 def _belief(
     key: str, target: TargetSection, network: RoadNetwork, known: Mapping[str, Known]
-) -> Belief:
+) -> OneBelief:
     priors = [prior_of(part, network, known[name]) for name, part in target.parts(key)]
     if target.mix is None:
         return priors[0]
@@ -228,14 +205,24 @@ def _belief(
     return Mixture(weight / weight.sum(), tuple(priors))
 
 
-def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str]]]:
-    """Yield what is known and what is true of the target, and the keys to report faults of."""
-    if draft.target is not None:
-        yield "target", draft.target, frozenset(TargetSection.model_fields)
-    if draft.truth is not None:
-        # Distances that fit the target's starts may not fit the truth's.
-        moved = {"distance_m"} if "start" in draft.truth_keys else set()
-        yield "truth", draft.truth, draft.truth_keys | moved
+def _all(beliefs: Iterable[OneBelief]) -> Belief:
+    """Return the belief of all targets: that of one is its own."""
+    targets = tuple(beliefs)
+    return targets[0] if len(targets) == 1 else Several(targets)
+
+
+def _targets(draft: Draft) -> Iterator[tuple[str, TargetSection, frozenset[str], str | None]]:
+    """Yield what is known and what is true of each target, and the keys to report faults of.
+
+    The last one is the key of what is known of it, where what is true is the same.
+    """
+    for key, target in draft.targets:
+        yield key, target, frozenset(TargetSection.model_fields), None
+    # Distances that fit the target's starts may not fit the truth's.
+    moved = {"distance_m"} if "start" in draft.truth_keys else set()
+    for (key, truth), (known_as, target) in zip(draft.truths, draft.targets, strict=False):
+        same = known_as if truth == target else None
+        yield key, truth, draft.truth_keys | moved, same
 
 
 def _network(draft: Draft, faults: list[Fault]) -> RoadNetwork | None:

@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from planner.arrays import Offsets
+from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.store import Recording, read_recording
 from planner.mission.opening import OpenScenario
+from planner.mission.several import refuse_several
 from planner.streams import stream
 
 KEPT_OUT = 0.2  # share of the vehicles that no planner sees
@@ -51,12 +53,18 @@ def read_split(own: OwnFutures, opened: OpenScenario) -> Split:
     InputError
         As `planner.futures.store.read_recording`.
     """
+    refuse_several(opened, "--futures")
     search = opened.scenario.search
     days = [
         read_recording(path, opened.network, begin_s=own.begin_s, horizon_s=search.horizon_s)
         for path in own.paths
     ]
     recording = _joined(days)
+    if recording.futures.target.any():
+        raise InputError(
+            f"{own.path}: is of several targets, which come from a scenario yet ([[target]]); keep "
+            "the rows of one, with target 0"
+        )
     unit = _units(days, recording.futures)
     units = np.unique(unit)
     if (len(unit) < ENOUGH and len(days) < ENOUGH_FILES) or len(units) < 2:

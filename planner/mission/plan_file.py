@@ -12,6 +12,7 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
+from planner.detection.several import Find, find_of, first_and_last
 from planner.errors import InputError
 from planner.files import write_json
 from planner.flight.law import Aircraft
@@ -79,7 +80,7 @@ def plan_content(
         Which moment time 0 is, with its offset from UTC; None: nobody said.
     """
     network = problem.network
-    uavs = [problem.uavs[flight.uav] for flight in plan.flights]
+    uavs = [problem.uavs[flight.uav].of_flight(flight.number) for flight in plan.flights]
     return {
         "schema": SCHEMA,
         **network.credit,
@@ -106,6 +107,7 @@ def plan_content(
             "horizon_s": planned.objective.horizon_s,
             "radius_m": problem.sensor.radius_m,
             **_misses(problem.sensor),
+            **({} if planned.objective.sought == 1 else {"sought": planned.objective.sought}),
             **_objective(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
@@ -142,6 +144,25 @@ def figures(evaluation: Evaluation) -> dict[str, Any]:
         "detection_probability": evaluation.detection_probability,
         "found_before_goal_probability": evaluation.found_before_goal_probability,
         **_objective(evaluation),
+        **_several(evaluation),
+    }
+
+
+def _several(evaluation: Evaluation) -> dict[str, Any]:
+    """Return what is told of several targets one by one; of one there is nothing to add."""
+    if evaluation.objective.sought == 1:
+        return {}
+    first, last = first_and_last(evaluation)
+    each = [{"target": n, **_find(find_of(one))} for n, one in evaluation.each.items()]
+    return {"several": {"each": each, "first": _find(first), "last": _find(last)}}
+
+
+def _find(find: Find) -> dict[str, Any]:
+    return {
+        "expected_detection_time_s": find.expected_s,
+        "ci95_s": list(find.ci95_s),
+        "found_probability": find.probability,
+        "found_probability_ci95": list(find.interval),
     }
 
 
@@ -157,8 +178,8 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def _whose(plan: Plan, number: int) -> dict[str, int]:
-    """Return which flight of which UAV one is, if there are several."""
-    if len(plan.flights) == 1:
+    """Return which flight of which UAV one is, unless it is the only one of the first."""
+    if plan.flights == (Sortie(0),):
         return {}
     uav, again = plan.flights[number]
     return {"uav": uav, "flight": again}
@@ -244,7 +265,9 @@ def _stored(content: Mapping[str, Any], network: RoadNetwork) -> StoredPlan:
         Plan(_text(content["method"]), tuple(tracks), tuple(legs), tuple(flights)),
         _sensor(content["planned"]),
         Objective(
-            _above_zero(content["planned"]["horizon_s"]), content["planned"].get("found_by_s")
+            _above_zero(content["planned"]["horizon_s"]),
+            content["planned"].get("found_by_s"),
+            content["planned"].get("sought", 1),
         ),
         {**content["evaluated"], "targets": _whole(content["evaluated"]["targets"])},
     )

@@ -116,8 +116,12 @@ class Recorder:
         return self._enough(self.opened.truth_prior, many, ("evaluation",), "iid", note)
 
     def truths(self, targets: int, *, seed: int) -> Recording:
-        """Return true targets for missions, independent draws under their own seed."""
+        """Return true targets for missions, independent draws under their own seed.
+
+        Where a scenario has several, so many of each: those of one mission follow each other.
+        """
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
+        many *= len(self.opened.scenario.truths)
         return self._left(self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed))
 
     def validation(self, realisations: int, each: int) -> Recording:
@@ -186,14 +190,19 @@ class Recorder:
 
     def _left(self, drawn: Recording) -> Recording:
         """Return what news leaves of targets; all that it rules out are left out."""
-        if not self.opened.news:
+        if not self._knows_more:
             return drawn
         futures = self._given(drawn.futures)
         return replace(drawn, futures=futures).take(np.flatnonzero(futures.weight))
 
+    @property
+    def _knows_more(self) -> bool:
+        """Whether weights are others than those that targets are drawn with."""
+        return bool(self.opened.news)
+
     def _suffices(self, parts: Sequence[Recording]) -> bool:
         """Return whether news leaves enough of some particles to plan on."""
-        if not self.opened.news:
+        if not self._knows_more:
             return True
         left = self._given(pooled([part.futures for part in parts])).weight
         return draws(left) >= ENOUGH
@@ -219,9 +228,13 @@ class Recorder:
 
     def _described(self, key: Literal["target", "truth"], recipe: Drawn) -> dict[str, Any]:
         """Return what particles are drawn from, in the scenario's words."""
-        belief = getattr(self.opened.scenario, key)
+        scenario = self.opened.scenario
+        beliefs = [
+            belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at", "name"})
+            for belief in (scenario.targets if key == "target" else scenario.truths)
+        ]
         return {
-            "target": belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at"}),
+            "target": beliefs[0] if len(beliefs) == 1 else beliefs,
             "horizon_s": recipe.horizon_s,
             "sampling": recipe.sampling,
             "seed": recipe.seed,

@@ -5,11 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.arrays import Floats
-from planner.belief.mixture import parts_of
+from planner.belief.mixture import OneBelief, Several, parts_of
+from planner.mission.aircraft import aircraft_of, never_flown, not_kept
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
 from planner.network.survey import reach_m
 from planner.scenario.checks import slow_uav_warning
+from planner.scenario.listed import keys_of, named_for
 
 YARD_SHARE = 0.05  # of the net's metres: who gets to less, and not off the map, is shut in
 FAR_M = 2000.0  # from any road
@@ -24,6 +26,7 @@ def scenario_remarks(opened: OpenScenario) -> list[str]:
         *_few(opened),
         *_yards(opened),
         *_far(opened),
+        *_not_exported(opened),
         *opened.notes,
     ]
 
@@ -40,16 +43,26 @@ def _few(opened: OpenScenario) -> Iterator[str]:
 
 
 def _yards(opened: OpenScenario) -> Iterator[str]:
-    start, network = opened.scenario.target.start, opened.network
+    prior, targets = opened.prior, opened.scenario.targets
+    beliefs = prior.targets if isinstance(prior, Several) else (prior,)
+    keys = keys_of("target", len(targets))
+    for key, target, belief in zip(keys, targets, beliefs, strict=True):
+        yield from _yards_of(key, target.start, belief, opened.network)
+
+
+def _yards_of(
+    section: str, start: object, belief: OneBelief, network: RoadNetwork
+) -> Iterator[str]:
+    """Yield where a target may start and gets nowhere."""
     if isinstance(start, str) or network.is_abstract:
         return
-    probability = sum(prior.edge_probability for prior in parts_of(opened.prior))
+    probability = sum(prior.edge_probability for prior in parts_of(belief))
     for edge in np.flatnonzero(probability).tolist():
         metres = reach_m(network, edge)
         if metres < YARD_SHARE * float(network.edge_length_m.sum()):
-            key = f"target.start.{network.edge_ids[edge]}: is"
+            key = f"{section}.start.{network.edge_ids[edge]}: is"
             if not isinstance(start, dict):
-                key = f"target.start: {network.edge_ids[edge]}, which is part of it, is"
+                key = f"{section}.start: {network.edge_ids[edge]}, which is part of it, is"
             yield (
                 f"{key} a yard: no car gets farther from there than {metres:,.0f} m of roads, and "
                 "none leaves the map"
@@ -63,6 +76,23 @@ def _far(opened: OpenScenario) -> Iterator[str]:
         away_m = off_roads_m(opened.network, np.array(place))
         if away_m > FAR_M:
             yield f"{key}: lies {away_m / 1000:,.1f} km from the nearest road"
+
+
+def _not_exported(opened: OpenScenario) -> Iterator[str]:
+    """Yield why `planner export` will refuse any plan, where a flight of a real drone is planned.
+
+    On abstract nets that is one of which something is said: the paper's is not meant to be flown.
+    """
+    uavs = opened.scenario.uavs
+    for number, uav in enumerate(uavs):
+        aircraft = aircraft_of(uav)
+        if aircraft is None and opened.network.is_abstract:
+            continue
+        faults = [*never_flown(uav)]
+        if aircraft is not None:
+            faults += not_kept(aircraft.law, climbs=uav.in_air is None)
+        for fault in named_for(f"uav[{number}]" if len(uavs) > 1 else "uav", faults):
+            yield f"`planner export` will refuse a plan: {fault}"
 
 
 def off_roads_m(network: RoadNetwork, xy_m: Floats) -> float:

@@ -7,6 +7,7 @@ from statistics import median
 from typing import Any
 
 from planner.experiments.results import Row
+from planner.messages import percent
 from planner.paper.claims import Claim, ResultsByName, Verdict, markdown_table
 from planner.paper.claims_crossing import better_beyond
 from planner.paper.claims_shared import (
@@ -127,7 +128,7 @@ def _exhaustive_fails(rows: Sequence[Row]) -> Claim:
         ],
     )
     finding = (
-        f"Beyond 120 km the shortest exhaustive search finds at most {100 * beyond:.1f} % of all "
+        f"Beyond 120 km the shortest exhaustive search finds at most {percent(beyond)} of all "
         f"targets within 10,000 s. It finds at least half up to {km(last)}, the order of Figure 2 "
         f"as printed (FIFO) up to {km(last_fifo)}."
     )
@@ -190,7 +191,7 @@ def _far_from_best(rows: Sequence[Row]) -> Claim:
                 greedy.seconds,
                 best.seconds,
                 saved.change,
-                f"{100 * shares[-1]:.1f} %",
+                percent(shares[-1]),
                 early.seconds,
             )
         )
@@ -199,10 +200,10 @@ def _far_from_best(rows: Sequence[Row]) -> Claim:
         "Section 4.2",
         f"{PRESET}; `best` of this package with the same take-off, and with one at 1 s; far better "
         f"if the median over distances of how much longer greedy takes is above "
-        f"{100 * FAR_BETTER:.0f} %",
+        f"{percent(FAR_BETTER, 0)}",
         "reproduced" if median(shares) > FAR_BETTER else "not reproduced",
-        f"With the same take-off at 300 s greedy takes {100 * median(shares):.1f} % longer than "
-        f"`best` (median over distances; {100 * min(shares):.1f} % to {100 * max(shares):.1f} %).",
+        f"With the same take-off at 300 s greedy takes {percent(median(shares))} longer than "
+        f"`best` (median over distances; {percent(min(shares))} to {percent(max(shares))}).",
         markdown_table(
             ["u0", "greedy", "best at 300 s", "greedy minus best", "share", "best at 1 s"], lines
         ),

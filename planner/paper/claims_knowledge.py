@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from planner.experiments.results import Row
+from planner.messages import percent
 from planner.paper.claims import Claim, ResultsByName, markdown_table
 from planner.paper.figures import ALL, U0
 from planner.report.estimates import (
@@ -76,7 +77,7 @@ def _readings(rows: Sequence[Row]) -> Claim:
         "the origin; change of the mean detection time, paired by seed",
         "beyond the paper",
         f"The largest change that an interpretation makes and that chance does not explain is "
-        f"{100 * largest[0]:.0f} %: {largest[1]}. Changes of a mere number, such as the "
+        f"{percent(largest[0], 0)}: {largest[1]}. Changes of a mere number, such as the "
         "radius, stand in the last rows.",
         markdown_table(["", *map(km, distances)], lines),
     )
@@ -102,7 +103,7 @@ def _sixteen(rows: Sequence[Row]) -> Claim:
         "Section 5",
         "greedy with more roads, all else as in the preset",
         "reproduced" if most < SMALL else "not reproduced",
-        f"More roads shorten the mean detection time by at most {100 * most:.1f} %.",
+        f"More roads shorten the mean detection time by at most {percent(most)}.",
         markdown_table(
             ["u0", "16 roads", "found", *(f"{depth} roads" for depth in sorted(depths))], lines
         ),

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from planner.experiments.results import Row
+from planner.messages import percent
 from planner.paper.claims import Claim, ResultsByName, markdown_table
 from planner.paper.figures import U0
 from planner.paper.optimum import BOUND
@@ -52,7 +53,7 @@ def _breadth_first(rows: Sequence[Row]) -> Claim:
                     if (row["order"], row[TAKE_OFF], row[TRANSIT]) == (order, take_off_s, transit)
                 ]
                 if some:
-                    cells.append(f"{100 * max(some):.1f} %")
+                    cells.append(percent(max(some)))
                     missed = max(missed, *some)
         lines.append(cells)
     return Claim(
@@ -61,7 +62,7 @@ def _breadth_first(rows: Sequence[Row]) -> Claim:
         "Figure 1, no horizon; targets that drive to G or stop on the way, the worse of the two; "
         "the sensor on along roads only, or between them as well",
         "reproduced" if missed > 0 else "not reproduced",
-        f"Up to {100 * missed:.1f} % of the targets are missed for ever.{_left_out(rows)}",
+        f"Up to {percent(missed)} of the targets are missed for ever.{_left_out(rows)}",
         markdown_table(
             ["take-off", "rule, roads only", "rule, always on", "printed, roads", "printed, on"],
             lines,
@@ -182,7 +183,7 @@ def _several(counts: Sequence[int]) -> str:
 def _beside(row: Row) -> str:
     if row["standard_error_s"] is not None:
         return f" ± {row['standard_error_s']:,.0f}"
-    return "" if row["what"].startswith("all") else f" ({100 * row['orders_better']:.2f} %)"
+    return "" if row["what"].startswith("all") else f" ({percent(row['orders_better'], 2)})"
 
 
 def _check(rows: Sequence[Row]) -> str:
@@ -215,7 +216,7 @@ def _from_optimal(rows: Sequence[Row]) -> Claim:
         "it; values and bound on these particles; the bound holds for all plans over roads, either "
         "way and as often as one likes; the best of them lies between it and the best plan found",
         "beyond the paper",
-        f"Greedy's plans are {100 * min(gaps):.0f} to {100 * max(gaps):.0f} % above a lower bound "
+        f"Greedy's plans are {100 * min(gaps):.0f} to {percent(max(gaps), 0)} above a lower bound "
         "on all plans, by distance.",
         markdown_table(header, lines),
     )
@@ -231,6 +232,6 @@ def _greedy_is_good(rows: Sequence[Row]) -> Claim:
         "Section 4.2",
         "its plans among all orders of Figure 3, in the cases above",
         "reproduced" if max(shares) < 0.05 else "in part",
-        f"Greedy is {100 * min(more):.1f} % to {100 * max(more):.1f} % above the best order, and "
-        f"{100 * min(shares):.2f} % to {100 * max(shares):.2f} % of all orders are better than it.",
+        f"Greedy is {percent(min(more))} to {percent(max(more))} above the best order, and "
+        f"{percent(min(shares), 2)} to {percent(max(shares), 2)} of all orders are better than it.",
     )

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from planner.messages import percent
 from planner.paper.claims import Verdict
 from planner.paper.figures import HORIZON_S
 from planner.report.estimates import Estimate
@@ -19,7 +20,7 @@ PRESET = (
 )
 UNDER_READING = (
     f"a mean is under if the upper end of its interval is below {UNDER * HORIZON_S:,.0f} s, "
-    f"{100 * (1 - UNDER):.0f} % less than the horizon"
+    f"{percent(1 - UNDER, 0)} less than the horizon"
 )
 
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 from typing import Any
 
 from planner.experiments.results import Row
+from planner.messages import percent
 from planner.paper.claims import Claim, ResultsByName, Verdict, markdown_table
 from planner.paper.claims_shared import EXHAUSTIVE, GREEDY, UNDER_READING, well_under
 from planner.paper.figures import ALL, HORIZON_S, PATHS, SPEEDS, U0
@@ -133,8 +134,8 @@ def _edge(rows: Sequence[Row]) -> str:
         missed[speed] = max((1.0 - one.mean, u0) for u0, one in found.items() if one)
     (slow, at_m), (fast, fast_at_m) = missed[SPEEDS[0]], missed[SPEEDS[-1]]
     missing = (
-        f"Greedy never finds up to {100 * slow:.1f} % of the targets at {SPEEDS[0]} m/s (at "
-        f"{km(at_m)}) and up to {100 * fast:.1f} % of those at {SPEEDS[-1]} m/s (at "
+        f"Greedy never finds up to {percent(slow)} of the targets at {SPEEDS[0]} m/s (at "
+        f"{km(at_m)}) and up to {percent(fast)} of those at {SPEEDS[-1]} m/s (at "
         f"{km(fast_at_m)})"
     )
     if slow <= fast:

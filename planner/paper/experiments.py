@@ -10,4 +10,5 @@ EXPERIMENTS = (
     "grid5x5/readings",
     "grid5x5/particles",
     "grid5x5/beliefs",
+    "grid5x5/online",
 )

@@ -13,6 +13,7 @@ from planner.paper import (
     claims_orders,
     claims_speed,
     figures,
+    online,
 )
 from planner.paper.claims import Claim, judged, page
 from planner.paper.figures import U0
@@ -25,6 +26,7 @@ JUDGES = (
     claims_speed.claims,
     claims_orders.claims,
     claims_knowledge.claims,
+    online.claims,
 )
 HEAD = """\
 # The claims of the paper, tested

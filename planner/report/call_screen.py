@@ -15,6 +15,7 @@ from planner.clock import to_minute, to_second
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
 from planner.detection.prospects import gone_by
+from planner.messages import percent
 from planner.mission.call import Call
 from planner.mission.guess import told_reach
 from planner.mission.now_events import BetterPlan, Cloud, Condition, FirstPlan, NoBetter, Outlook
@@ -229,12 +230,12 @@ def _details(event: FirstPlan, times_s: Sequence[float]) -> str:
     said = []
     for time_s in times_s:
         low, high = evaluated.found_by_interval(time_s)
-        said.append(f"{100 * low:.0f} .. {100 * high:.0f} % by {at(event.call, time_s)}")
+        said.append(f"{100 * low:.0f} .. {percent(high, 0)} by {at(event.call, time_s)}")
     return f"{', '.join(said)} (95 %, on {len(evaluated.weight):,} fresh targets)"
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %"
+    return percent(share, 0)
 
 
 def _points(evaluated: Evaluation, time_s: float) -> str:

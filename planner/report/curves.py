@@ -10,6 +10,7 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import left_unseen
 from planner.flight.pieces import flight_span
 from planner.flight.plan import Plan
+from planner.messages import percent
 from planner.report.formats import time_unit
 from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
 from planner.search.problem import Problem
@@ -29,14 +30,15 @@ LINES: tuple[dict[str, Any], ...] = (
 
 def shown_until_s(problem: Problem, evaluations: Iterable[Evaluation]) -> float:
     """Return when the curves have as good as ended, with some room; at the latest the horizon."""
-    ends_s = [problem.objective.by_s or 0.0, problem.uav.take_off_s]
+    take_off_s = problem.flying[0].take_off_s
+    ends_s = [problem.objective.by_s or 0.0, take_off_s]
     for evaluation in evaluations:
         times_s, probability = evaluation.curve()
         if len(times_s):
             enough = np.searchsorted(probability, MOST_OF_ALL * probability[-1])
             ends_s.append(float(times_s[min(int(enough), len(times_s) - 1)]))
     until_s = ROOM * max(ends_s)
-    return until_s if problem.uav.take_off_s < until_s < problem.horizon_s else problem.horizon_s
+    return until_s if take_off_s < until_s < problem.horizon_s else problem.horizon_s
 
 
 def draw_curves(
@@ -56,7 +58,7 @@ def draw_curves(
     from matplotlib.ticker import MaxNLocator, PercentFormatter
 
     unit, unit_s = time_unit(until_s)
-    start_s = min(0.0, problem.uav.take_off_s)
+    start_s = min(0.0, problem.flying[0].take_off_s)
     for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
     if problem.network.is_abstract:
@@ -109,7 +111,7 @@ def _draw_curve(
         np.concatenate(([start_s], times_s, [evaluation.objective.horizon_s])) / unit_s,
         np.concatenate(([0.0], probability, [found])),
         where="post",
-        label=f"{name}: {found:.1%} found, mean {evaluation.expected_detection_time_s:,.0f} s",
+        label=f"{name}: {percent(found)} found, mean {evaluation.expected_detection_time_s:,.0f} s",
         **line,
     )
 
@@ -132,20 +134,22 @@ def _draw_limits(
     left = np.array([left_unseen(futures, evaluated, time_s) for time_s in times_s.tolist()])
     if left[-1] >= LEAST_LEFT:
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
-        label = f"futures that leave the map unseen: {left[-1]:.0%}"
+        label = f"futures that leave the map unseen: {percent(left[-1], 0)}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
-    at_best_s = chased_by_any(futures, problem.uavs, problem.sensor)
+    at_best_s = chased_by_any(futures, problem.flying, problem.sensor)
     ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
-        axes.axhline(ceiling, label=f"no flight finds more futures than {ceiling:.0%}", **dots)
+        axes.axhline(
+            ceiling, label=f"no flight finds more futures than {percent(ceiling, 0)}", **dots
+        )
 
 
 def _draw_time_strip(
     axes: "Axes", problem: Problem, plan: Plan, until_s: float, unit_s: float
 ) -> None:
     """Draw under the curves the colours that times have on the map."""
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s, until_s)
+    first_s, last_s = flight_span(plan, problem.flying[0].take_off_s, until_s)
     if last_s > first_s:
         times_s = np.linspace(first_s, last_s, 128)
         axes.imshow(

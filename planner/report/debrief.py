@@ -11,10 +11,10 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.export.about import BY_S
 from planner.intervals import half_width
-from planner.messages import counted
+from planner.messages import counted, percent
 from planner.mission.debrief import Debrief
 from planner.mission.plan_file import figures
-from planner.report.formats import Column, FittingTable, percent
+from planner.report.formats import Column, FittingTable
 from planner.telemetry.flown import Flown
 
 

@@ -1,4 +1,4 @@
-"""Times, lengths and shares as people read them, and the look of tables."""
+"""Times and lengths as people read them, and the look of tables."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -23,11 +23,6 @@ def length(metres: float) -> str:
 def km(metres: float) -> str:
     """Return a length in whole kilometres."""
     return f"{metres / 1000:.0f} km"
-
-
-def percent(share: float) -> str:
-    """Return a share in per cent, to one decimal."""
-    return f"{share * 100:.1f} %"
 
 
 def titled_table(title: str) -> "Table":

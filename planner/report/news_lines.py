@@ -6,11 +6,12 @@ from typing import Any
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
+from planner.messages import percent
 from planner.mission.ask import Worth
 from planner.mission.follow import EVERY_S, contact
 from planner.mission.live import Offer
 from planner.mission.replan import Replanned
-from planner.report.formats import Column, FittingTable, percent
+from planner.report.formats import Column, FittingTable
 
 
 def verdict(found: Replanned, lead: Ahead) -> str:
@@ -50,7 +51,8 @@ def contact_line(planned: Evaluation, waiting: Evaluation) -> str:
     """Return in how much of the time a target is seen that is lost now and then."""
     return (
         f"if it is lost like this again, each time after {EVERY_S / 60:g} min in sight, it is seen "
-        f"{contact(planned):.0%} of the time; {contact(waiting):.0%} by waiting where it was lost"
+        f"{percent(contact(planned), 0)} of the time; {percent(contact(waiting), 0)} by waiting "
+        "where it was lost"
     )
 
 
@@ -69,7 +71,7 @@ def worth_blocks(found: Sequence[Worth], most_s: float, targets: int) -> Iterato
         )
         for one in shown:
             answers = zip(one.question.answers, one.likely, strict=True)
-            said = ", ".join(f"{name} {share:.0%}" for name, share in answers)
+            said = ", ".join(f"{name} {percent(share, 0)}" for name, share in answers)
             interval = f"{one.low_s:,.0f} .. {one.high_s:,.0f} s"
             table.add_row(one.question.asked, f"{one.saves_s:,.0f} s", interval, said)
         yield table

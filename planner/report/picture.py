@@ -16,6 +16,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.state_at import State
+from planner.messages import percent
 from planner.network.road_network import RoadNetwork
 from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
@@ -87,10 +88,12 @@ def plan_picture(
         for moment, time_s in enumerate(moments):
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
-            label = f"{time_s / unit_s:,.0f} {unit}: {share:.0%} found"
+            label = f"{time_s / unit_s:,.0f} {unit}: {percent(share, 0)} found"
             left = left_unseen(problem.futures, evaluated, time_s)
             size = 8.0 if in_town else 9.0  # there are more words above wider maps
-            axes.set_title(label + (f", {left:.0%} gone" if left else ""), size=size, pad=3.5)
+            axes.set_title(
+                label + (f", {percent(left, 0)} gone" if left else ""), size=size, pad=3.5
+            )
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
         if in_town and problem.futures.gone.any():
             note += "\ngone: has left the map, not found"
@@ -125,7 +128,7 @@ def where_picture(
             _draw_seen(axes, view, flown, state.time_s)
         view.frame(axes, numbered=True)
         axes.set_title(
-            f"{clock(state.time_s)}; on the map with probability {state.weight.sum():.1%}\n"
+            f"{clock(state.time_s)}; on the map with probability {percent(state.weight.sum())}\n"
             f"discs: particles, area is probability{'; line: flown' if flown else ''}",
             loc="left",
         )
@@ -242,7 +245,7 @@ def moments_s(problem: Problem, seen_at: Floats, many: int) -> list[float]:
     They are whole minutes where these are as far apart, else whole seconds; none stands there
     twice.
     """
-    first_s = problem.uav.take_off_s
+    first_s = problem.flying[0].take_off_s
     seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
     last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
     times_s = np.linspace(first_s, max(first_s, last_s), many)
@@ -251,7 +254,7 @@ def moments_s(problem: Problem, seen_at: Floats, many: int) -> list[float]:
 
 
 def _flight_note(problem: Problem, view: View) -> str:
-    uav, roads = problem.uav, problem.network.shape_xy_m
+    uav, roads = problem.flying[0], problem.network.shape_xy_m
     start = np.array([uav.x_m, uav.y_m])
     where = "from the triangle"
     if not view.contains(start):

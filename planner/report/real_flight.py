@@ -10,8 +10,8 @@ from planner.detection.mistimed import Mistimed, Timing
 from planner.flight.plan import Plan
 from planner.flight.track import SHARP_DEG
 from planner.intervals import half_width
-from planner.messages import counted
-from planner.report.formats import Column, FittingTable, percent
+from planner.messages import counted, percent
+from planner.report.formats import Column, FittingTable
 from planner.report.tables import Fresh
 from planner.scenario.aircraft_file import TESTED, shipped_aircraft
 from planner.scenario.uav import IDEAL, UavSection

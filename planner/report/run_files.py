@@ -1,6 +1,6 @@
 """The files of a run, each written whole."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +9,15 @@ import numpy as np
 from planner.clock import clock
 from planner.export.gui_settings import write_for_gui
 from planner.flight.plan import Plan
+from planner.futures.futures import Futures
 from planner.futures.store import Recording
+from planner.messages import percent
 from planner.mission.fly import MissionRecord
 from planner.mission.plan_file import figures, write_plan
 from planner.mission.run_folder import EVALUATION, PICTURE, PLAN
 from planner.parquet import write_table
 from planner.report.csv_file import write_csv
+from planner.report.finds import targets_table
 from planner.report.picture import plan_picture
 from planner.report.tables import MethodRow
 from planner.search.problem import Problem
@@ -55,8 +58,16 @@ def _write_evaluation(path: Path, row: MethodRow, credit: Mapping[str, str]) -> 
     write_table(path, columns, {"method": row.method, "horizon_s": horizon, **credit})
 
 
-def write_flights(path: Path, recording: Recording, record: MissionRecord) -> None:
-    """Write one row per true target: found or not, when, where and on which leg."""
+def write_flights(
+    path: Path, recording: Recording, record: MissionRecord, names: Sequence[str] = ()
+) -> None:
+    """Write one row per true target: found or not, when, where and on which leg.
+
+    Parameters
+    ----------
+    names
+        What each target is called, if there are several.
+    """
     evaluation = record.evaluation
     by_the_end, before_goal = (
         evaluation.found_by(evaluation.objective.horizon_s),
@@ -67,7 +78,7 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
         x_m, y_m = record.xy_m[k]
         rows.append(
             {
-                "target": k,
+                **_whose(recording.futures, k, names),
                 "speed": recording.speed_mps[k],
                 "route": recording.route[k],
                 "found": _share(by_the_end[k]),
@@ -85,6 +96,15 @@ def write_flights(path: Path, recording: Recording, record: MissionRecord) -> No
 def _share(probability: float) -> float:
     """Return 0 or 1 as a whole number, and a probability in between with some digits."""
     return int(probability) if probability in (0.0, 1.0) else round(float(probability), 6)
+
+
+def _whose(truth: Futures, k: int, names: Sequence[str]) -> dict[str, Any]:
+    """Return which target a row is of; of several sought at once, in which flight too."""
+    if len(names) < 2:
+        return {"target": k}
+    mine = int(truth.target[k])
+    earlier = int((truth.target[:k] == mine).sum())
+    return {"flight": earlier, "target": names[mine]}
 
 
 def _finder(record: MissionRecord, k: int) -> dict[str, str]:
@@ -115,30 +135,53 @@ def flight_figures(record: MissionRecord) -> dict[str, Any]:
     )
 
 
-def mission_line(record: MissionRecord, *, in_town: bool = False) -> str:
-    """Return what happened in the mission against the first target, in words.
+def mission_line(record: MissionRecord, k: int = 0, *, in_town: bool = False) -> str:
+    """Return what happened in the mission against a target, in words.
 
     Parameters
     ----------
+    k
+        Its row.
     in_town
         As `planner.report.tables.plan_table` takes it.
     """
     evaluation = record.evaluation
-    share = float(evaluation.found_by(evaluation.objective.horizon_s)[0])
-    if evaluation.survival is not None and not evaluation.found[0]:
-        return f"found with probability {share:.0%}: more likely missed than not"
-    if not evaluation.found[0]:
+    share = float(evaluation.found_by(evaluation.objective.horizon_s)[k])
+    if evaluation.survival is not None and not evaluation.found[k]:
+        return f"found with probability {percent(share, 0)}: more likely missed than not"
+    if not evaluation.found[k]:
         return f"not found; the search stopped at {clock(evaluation.objective.horizon_s)}"
-    before = evaluation.seen_at[0] < evaluation.end_s[0]
-    x_m, y_m = record.xy_m[0]
+    before = evaluation.seen_at[k] < evaluation.end_s[k]
+    x_m, y_m = record.xy_m[k]
     where = f"at ({x_m:,.0f}, {y_m:,.0f}) m"
-    leg = f" on leg {record.leg[0]}" if record.leg[0] else ""
-    leg += f" by {who}" if (who := _finder(record, 0).get("uav")) else ""
-    found = f"found after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
+    leg = f" on leg {record.leg[k]}" if record.leg[k] else ""
+    leg += f" by {who}" if (who := _finder(record, k).get("uav")) else ""
+    found = f"found after {evaluation.seen_at[k]:,.0f} s {where}{leg}"
     if evaluation.survival is not None:
-        likely = f"more likely than not after {evaluation.seen_at[0]:,.0f} s {where}{leg}"
-        return f"found with probability {share:.0%}, {likely}"
+        likely = f"more likely than not after {evaluation.seen_at[k]:,.0f} s {where}{leg}"
+        return f"found with probability {percent(share, 0)}, {likely}"
     return found if in_town else f"{found}, {'before' if before else 'after'} it reached its goal"
+
+
+def several_blocks(
+    record: MissionRecord, truth: Futures, names: Sequence[str], *, in_town: bool = False
+) -> Iterator[Any]:
+    """Yield what is told of several targets: of one mission who is found when, else a table.
+
+    Parameters
+    ----------
+    truth
+        Their motion.
+    names
+        What each is called.
+    in_town
+        As `planner.report.tables.plan_table` takes it.
+    """
+    if len(truth) > len(names):
+        yield targets_table(record.evaluation, names)
+        return
+    for k in np.argsort(record.evaluation.seen_at, kind="stable").tolist():
+        yield f"{names[truth.target[k]]}: {mission_line(record, k, in_town=in_town)}"
 
 
 def write_compare(path: Path, rows: Iterable[MethodRow]) -> None:

@@ -9,8 +9,10 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
+from planner.messages import percent
 from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
 from planner.report.tables import Fresh, MethodRow
+from planner.scenario.sections import TargetSection
 from planner.search.methods import plans_for_misses
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
@@ -41,7 +43,20 @@ def hidden_line(hidden: float | None) -> str | None:
     """Return what is said of targets that no pass can see, given their share."""
     if not hidden:
         return None
-    return f"{hidden:.0%} of targets are where no pass can see them: they count as never found"
+    return (
+        f"{percent(hidden, 0)} of targets are where no pass can see them: they count as never found"
+    )
+
+
+def flees_line(target: TargetSection) -> str | None:
+    """Return what is said of a target, or a component of it, that flees."""
+    if not any(part.flees for _, part in target.parts("target")):
+        return None
+    return (
+        "the target flees at first whatever is done; a plan fixed at take-off is as good as any "
+        "other if the find ends the mission, nothing seen misleads, the target does not react to "
+        "the UAV and flight times are as planned"
+    )
 
 
 def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) -> str | None:
@@ -61,7 +76,9 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) ->
     if not timed or gain_s <= max(TOO_FEW * expected_s, high_s - expected_s):
         return None
     planned_s = planned.expected_detection_time_s
-    longer = f"{gain_s / planned_s:.0%}" if gain_s < MANY_TIMES * planned_s else f"{gain_s:,.0f} s"
+    longer = (
+        percent(gain_s / planned_s, 0) if gain_s < MANY_TIMES * planned_s else f"{gain_s:,.0f} s"
+    )
     or_evenly = " or --set search.sampling=sobol" if sampling == "iid" else ""
     return (
         f"fresh targets take {longer} longer to find than the particles planned "
@@ -88,7 +105,8 @@ def so_far(evaluated: Evaluation) -> str:
         expected_s, (low_s, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
         return f"{expected_s:,.0f} s ({low_s:,.0f} .. {high_s:,.0f}) so far"
     low, high = evaluated.found_by_interval(by_s)
-    return f"{evaluated.found_by_probability(by_s):.1%} ({low:.1%} .. {high:.1%}) so far"
+    found = percent(evaluated.found_by_probability(by_s))
+    return f"{found} ({percent(low)} .. {percent(high)}) so far"
 
 
 def estimate_follows(targets: int) -> str:
@@ -126,7 +144,7 @@ def own_futures_line(fresh: Fresh, many: int, files: int) -> str:
 
 def certificate_line(certificate: Certificate, by_s: float | None) -> str:
     """Return what a certificate says, in words."""
-    gap = f"gap {certificate.gap:.1%}{_of_physics(certificate, by_s)}"
+    gap = f"gap {percent(certificate.gap)}{_of_physics(certificate, by_s)}"
     kind = "road plan" if certificate.plan_class == "roads" else "flight"
     if by_s is None:
         return (
@@ -134,8 +152,8 @@ def certificate_line(certificate: Certificate, by_s: float | None) -> str:
             f"{certificate.bound:,.0f} s on these particles: {gap}"
         )
     return (
-        f"found by the deadline {certificate.value:.1%}; no {kind} is above "
-        f"{certificate.bound:.1%} on these particles: {gap}"
+        f"found by the deadline {percent(certificate.value)}; no {kind} is above "
+        f"{percent(certificate.bound)} on these particles: {gap}"
     )
 
 
@@ -143,10 +161,11 @@ def prospects_lines(found: Prospects) -> list[str]:
     """Return how many targets leave the map, and what no flight surpasses, in words."""
     if found.gone <= 0.0:
         return []
-    moments = [f"{share:.0%} by {clock(moment_s)}" for moment_s, share in found.gone_by]
-    by_end = f"{found.gone:.0%} by {clock(found.ceiling.objective.horizon_s)}"
+    moments = [f"{percent(share, 0)} by {clock(moment_s)}" for moment_s, share in found.gone_by]
+    by_end = f"{percent(found.gone, 0)} by {clock(found.ceiling.objective.horizon_s)}"
     left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
-    at_most = f"no flight finds more of them than {found.ceiling.detection_probability:.1%}"
+    most = found.ceiling.detection_probability / found.ceiling.objective.sought
+    at_most = f"no flight finds more of them than {percent(most)}"
     lines = [f"{left}; {at_most} (each chased alone)"]
     if found.many_leave:
         lines.append(
@@ -163,21 +182,21 @@ def _of_physics(certificate: Certificate, by_s: float | None) -> str:
     if math.isclose(certificate.physics, certificate.bound):
         return " (each target met as early as can be: this time gave no better bound)"
     physics, gap = certificate.physics, gap_of(certificate.value, certificate.physics)
-    figure = f"{physics:,.0f} s" if by_s is None else f"{physics:.1%}"
-    return f" (as computed; the files prove {figure}, gap {gap:.1%})"
+    figure = f"{physics:,.0f} s" if by_s is None else percent(physics)
+    return f" (as computed; the files prove {figure}, gap {percent(gap)})"
 
 
 def gap_line(gap: float) -> str:
     """Return what may still help if the gap asked for was not reached, in words."""
     return (
-        f"the gap asked for, {gap:.1%}, is not reached: give more time with --time-limit, or "
+        f"the gap asked for, {percent(gap)}, is not reached: give more time with --time-limit, or "
         "plan with more work with --set search.work=..."
     )
 
 
 def limit_line(limit: float, sets: int, by_s: float | None) -> str:
     """Return what the bounds of independent sets say of the true optimum, in words."""
-    beyond = f"below {limit:,.0f} s" if by_s is None else f"above {limit:.1%}"
+    beyond = f"below {limit:,.0f} s" if by_s is None else f"above {percent(limit)}"
     return f"with 95 % confidence no plan of this class is truly {beyond} ({sets} sets)"
 
 
@@ -196,9 +215,9 @@ def world_line(limit: float, evaluated: Mapping[str, Any], by_s: float | None) -
     if by_s is None:
         low_s, high_s = evaluated["ci95_s"]
         figure, away = f"takes {low_s:,.0f} to {high_s:,.0f} s on average", high_s / limit - 1
-        return _world(figure, targets, f"{max(0.0, away):.1%} above")
+        return _world(figure, targets, f"{percent(max(0.0, away))} above")
     low, high = share_interval(evaluated["found_by_probability"], targets)
-    figure = f"finds the target by the deadline with {low:.1%} to {high:.1%}"
+    figure = f"finds the target by the deadline with {percent(low)} to {percent(high)}"
     return _world(figure, targets, f"{100 * max(0.0, limit - low):.1f} points below")
 
 

@@ -15,12 +15,20 @@ from planner.flight.legs import leg_ends
 from planner.flight.plan import FlownLeg, Plan
 from planner.flight.simplified import told_knots
 from planner.flight.track import Track
-from planner.messages import counted
+from planner.messages import counted, percent
 from planner.mission.trial import Trial
 from planner.network.georeference import coordinates, is_georeferenced
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import has_street_names, road_phrase, street_at
-from planner.report.formats import Column, FittingTable, percent
+from planner.report.finds import (
+    counted_of,
+    first_and_last_cells,
+    number_found,
+    seconds_text,
+    span_of,
+    timed,
+)
+from planner.report.formats import Column, FittingTable
 from planner.search.methods import is_pattern
 
 BEFORE_GOAL = "found before its goal"
@@ -91,20 +99,22 @@ def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
         caption=_few(len(row.evaluated.weight)),
     )
     time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
+    sought = row.evaluated.objective.sought
+    many = number_found(sought)
     by_s = row.evaluated.objective.by_s
     if by_s is not None:
-        shares = [percent(e.found_by_probability(by_s)) for e in both]
-        table.add_row(_by(by_s), *shares, _shares(row.evaluated.found_by_interval(by_s)))
+        shares = [many(e.found_by_probability(by_s)) for e in both]
+        table.add_row(_by(by_s), *shares, span_of(many, row.evaluated.found_by_interval(by_s)))
     lines = [
-        ("expected detection time", [_seconds(e.expected_detection_time_s) for e in both], time_s),
-        ("found", [percent(e.detection_probability) for e in both], found),
+        (timed(sought), [seconds_text(e.expected_detection_time_s) for e in both], time_s),
+        (counted_of("found", sought), [many(e.detection_probability) for e in both], found),
     ]
     if not in_town:
-        before = [percent(e.found_before_goal_probability) for e in both]
-        lines.append((BEFORE_GOAL, before, row.evaluated.found_before_goal_interval))
+        before = [many(e.found_before_goal_probability) for e in both]
+        interval = row.evaluated.found_before_goal_interval
+        lines.append((counted_of(BEFORE_GOAL, sought), before, interval))
     for name, cells, interval in lines:
-        kind = _seconds if interval is time_s else percent
-        table.add_row(name, *cells, f"{kind(interval[0])} .. {kind(interval[1])}")
+        table.add_row(name, *cells, span_of(seconds_text if interval is time_s else many, interval))
     if row.fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
         table.add_row("planned minus fresh", f"{gain_s:+z,.0f} s", "", "")
@@ -253,6 +263,8 @@ def compare_table(
     deadlines = {row.evaluated.objective.by_s for row in rows if row.evaluated} - {None}
     targets = [len(row.evaluated.weight) for row in rows if row.evaluated]
     with_gap = any(row.bound is not None for row in rows)
+    sought = max((row.evaluated.objective.sought for row in rows if row.evaluated), default=1)
+    finds = [Column("first\nfind", rank=2), Column("all\nfound", rank=2)] * (sought > 1)
     table = FittingTable(
         title,
         (
@@ -263,9 +275,13 @@ def compare_table(
                 if by_s is not None
                 for column in (Column(_by(by_s)), Column("95 %\ninterval", rank=1))
             ),
-            Column("expected\ndetection", rank=2 if deadlines else 0),
+            Column(
+                "expected\ndetection" if sought == 1 else f"sum of\n{sought} times",
+                rank=2 if deadlines else 0,
+            ),
             Column("95 %\ninterval", rank=3),
-            Column("found", rank=4),
+            *finds,
+            Column("found" if sought == 1 else f"found,\nof {sought}", rank=4),
             *([] if in_town else [Column("before\ngoal", rank=8)]),
             Column("in\nsample", rank=5),
             *([Column("gap", rank=1)] if with_gap else []),
@@ -294,32 +310,35 @@ def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> FittingTa
         As ``plan_table`` takes it.
     """
     columns = (Column("", left=True, wraps=True), Column("value"), Column("95 % interval"))
-    many = len(evaluation.weight)
-    table = FittingTable(f"{many:,} flights", columns, caption=_few(many))
+    sought = evaluation.objective.sought
+    flights, many = len(evaluation.weight) // sought, number_found(sought)
+    table = FittingTable(f"{flights:,} flights", columns, caption=_few(flights))
     if evaluation.objective.by_s is not None:
         by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
         within = evaluation.found_by_interval(evaluation.objective.by_s)
-        table.add_row(_by(evaluation.objective.by_s), percent(by_deadline), _shares(within))
-    seconds = tuple(_seconds(s) for s in evaluation.ci95_s)
-    expected = _seconds(evaluation.expected_detection_time_s)
-    table.add_row("expected detection time", expected, " .. ".join(seconds))
-    found = percent(evaluation.detection_probability)
-    table.add_row("found", found, _shares(evaluation.found_interval))
+        table.add_row(_by(evaluation.objective.by_s), many(by_deadline), span_of(many, within))
+    expected = seconds_text(evaluation.expected_detection_time_s)
+    table.add_row(timed(sought), expected, span_of(seconds_text, evaluation.ci95_s))
+    found = many(evaluation.detection_probability)
+    table.add_row(counted_of("found", sought), found, span_of(many, evaluation.found_interval))
     if not in_town:
-        before = percent(evaluation.found_before_goal_probability)
-        table.add_row(BEFORE_GOAL, before, _shares(evaluation.found_before_goal_interval))
+        before = many(evaluation.found_before_goal_probability)
+        within = evaluation.found_before_goal_interval
+        table.add_row(counted_of(BEFORE_GOAL, sought), before, span_of(many, within))
     return table
 
 
 def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool, in_town: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
+    many = number_found(evaluated.objective.sought)
     return [
         *_by_cells(evaluated),
-        _seconds(evaluated.expected_detection_time_s),
+        seconds_text(evaluated.expected_detection_time_s),
         f"{low_s:,.0f} .. {high_s:,.0f}",
-        percent(evaluated.detection_probability),
-        *([] if in_town else [percent(evaluated.found_before_goal_probability)]),
-        "-" if row.planned is None else _seconds(row.planned.expected_detection_time_s),
+        *first_and_last_cells(evaluated),
+        many(evaluated.detection_probability),
+        *([] if in_town else [many(evaluated.found_before_goal_probability)]),
+        "-" if row.planned is None else seconds_text(row.planned.expected_detection_time_s),
         *([_gap(row)] if with_gap else []),
         str(row.roads) if row.roads else "-",
         "-" if row.took_s is None else _short(row.took_s),
@@ -330,14 +349,11 @@ def _by_cells(evaluated: Evaluation) -> list[str]:
     by_s = evaluated.objective.by_s
     if by_s is None:
         return []
+    many = number_found(evaluated.objective.sought)
     return [
-        percent(evaluated.found_by_probability(by_s)),
-        _shares(evaluated.found_by_interval(by_s)),
+        many(evaluated.found_by_probability(by_s)),
+        span_of(many, evaluated.found_by_interval(by_s)),
     ]
-
-
-def _seconds(seconds: float) -> str:
-    return f"{seconds:,.0f} s"
 
 
 def _short(seconds: float) -> str:
@@ -350,7 +366,3 @@ def _gap(row: MethodRow) -> str:
 
 def _by(time_s: float) -> str:
     return f"found by {clock(time_s)}"
-
-
-def _shares(interval: tuple[float, float]) -> str:
-    return f"{percent(interval[0])} .. {percent(interval[1])}"

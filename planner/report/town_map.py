@@ -11,6 +11,7 @@ from planner.clock import clock
 from planner.flight.pieces import Piece, along, segments
 from planner.flight.plan import Plan
 from planner.futures.state_at import State
+from planner.messages import percent
 from planner.network.road_network import RoadNetwork
 from planner.report.maps import View, draw_net, time_colours
 from planner.search.problem import Problem
@@ -39,7 +40,7 @@ class Find:
 
 def view_of_search(problem: Problem, plan: Plan, until_s: float) -> View:
     """Return the part of a town that matters: where the flight goes, and where targets are."""
-    uav, futures = problem.uav, problem.futures
+    uav, futures = problem.flying[0], problem.futures
     places = [np.array([[uav.x_m, uav.y_m]])]
     for track in plan.tracks:
         early = track.time_s <= until_s
@@ -126,7 +127,7 @@ def list_finds(axes: "Axes", view: View, finds: Sequence[Find], flight: Sequence
     if not finds:
         return
     told = [
-        f"{number} at {clock(find.from_s)}: {find.probability:.0%}"
+        f"{number} at {clock(find.from_s)}: {percent(find.probability, 0)}"
         for number, find in enumerate(finds, 1)
     ]
     across, up = _emptiest_corner(view, [find.xy_m for find in finds], flight)

@@ -128,7 +128,7 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
 
 
 def _sortie_faults(uav: UavSection) -> Iterator[Fault]:
-    if (uav.sorties or 1) > 1:
+    if uav.sorties is not None and uav.sorties > 1:
         for key in ("return_to", "max_flight_time_s"):
             if getattr(uav, key) is None:
                 yield Fault(f"uav.{key}", "is missing; a UAV with uav.sorties comes home: give it")
@@ -199,7 +199,7 @@ def _fastest_mps(target: TargetSection) -> float:
 def slow_uav_warning(scenario: Scenario) -> str | None:
     """Return a warning where the UAV is not much faster than the target, else None."""
     uav = scenario.uav
-    fastest_mps = max(map(_fastest_mps, (scenario.target, scenario.truth)))
+    fastest_mps = max(map(_fastest_mps, (*scenario.targets, *scenario.truths)))
     if uav.speed_mps >= MUCH_FASTER * fastest_mps:
         return None
     return (

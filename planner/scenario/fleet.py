@@ -1,31 +1,10 @@
-"""The UAVs of a scenario: one table [uav], or a list of tables [[uav]]; and at which heights."""
+"""The UAVs of a scenario: at which heights those fly that do not say so."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
-
-from planner.errors import Fault
 
 APART_M = 15.0  # in height, that UAVs keep from each other wherever they are
 ALTITUDE = "altitude_m"
-
-Table = Mapping[str, Any]
-
-
-def uav_tables(said: Any) -> list[tuple[str, Any]]:
-    """Return the table of each UAV by its key: ``uav`` if there is one, else ``uav[0]`` and on.
-
-    A list of one is that one; what is neither a table nor a list is one, and for others to refuse.
-    """
-    if not isinstance(said, list):
-        return [("uav", said)]
-    if len(said) == 1:
-        return [("uav", said[0])]
-    return [(f"uav[{number}]", table) for number, table in enumerate(said)]
-
-
-def named_for(key: str, faults: Iterable[Fault]) -> Iterator[Fault]:
-    """Yield faults of a UAV with its own key, wherever they name ``uav``."""
-    return (fault.renamed("uav", key) for fault in faults)
 
 
 def with_heights(said: Sequence[Any], full: Sequence[Any], usual_m: float) -> list[Any]:

@@ -12,6 +12,7 @@ from planner.messages import as_written, suggestion
 SHIPPED = Path(__file__).with_name("profiles")
 # Said of the target as a whole, and the same in all components of a mixture.
 OF_ALL = (
+    "name",
     "driving",
     "signals",
     "probability_present",

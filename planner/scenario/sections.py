@@ -30,6 +30,7 @@ from planner.scenario.values import (
     Seconds,
     Section,
     Speeds,
+    TargetName,
     Tick,
     Tolerance,
     Turning,
@@ -90,6 +91,10 @@ class TargetSection(Section):
 
     stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
 
+    name: TargetName | None = Field(
+        default=None,
+        description="what it is called where there are several, or leave it out for its number",
+    )
     start: Start = Field(
         description='"anywhere", a list of edges, a table of edges and their probabilities, '
         "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
@@ -319,6 +324,25 @@ class Scenario:
     greedy: GreedySection
     news: NewsSection
     others: tuple[UavSection, ...] = ()  # the UAVs beside the first, if it is a fleet
+    other_targets: tuple[TargetSection, ...] = ()  # those beside the first, if there are several
+    other_truths: tuple[TargetSection, ...] = ()  # as many
+
+    @property
+    def targets(self) -> tuple[TargetSection, ...]:
+        """What the planners know of each target, the first one first."""
+        return (self.target, *self.other_targets)
+
+    @property
+    def truths(self) -> tuple[TargetSection, ...]:
+        """How each true target differs from that, applied."""
+        return (self.truth, *self.other_truths)
+
+    @property
+    def target_names(self) -> tuple[str, ...]:
+        """What each target is called: its name, or its number from 0 on."""
+        return tuple(
+            target.name or f"target {number}" for number, target in enumerate(self.targets)
+        )
 
     @property
     def uavs(self) -> tuple[UavSection, ...]:
@@ -347,8 +371,10 @@ class Scenario:
             key: section.model_dump(mode="json", exclude_none=True)
             for key, section in sections.items()
         }
-        if self.others:
-            plain["uav"] = [uav.model_dump(mode="json", exclude_none=True) for uav in self.uavs]
+        several = {"uav": self.uavs, "target": self.targets, "truth": self.truths}
+        for key, tables in several.items():
+            if len(tables) > 1:
+                plain[key] = [one.model_dump(mode="json", exclude_none=True) for one in tables]
         silent = [
             key
             for key in ("airspace", "traffic", "futures", "news")

@@ -24,6 +24,7 @@ BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
 CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
 LEADING_POINT = re.compile(r"\A[+-]?(?=\.\d)")  # .5 is 0.5 to everybody but TOML
 NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
+LISTED = ("uav", "target")  # sections that may be lists of tables, addressed by number
 # What is sometimes given for a scenario, by its root element, and how it is given rightly.
 OTHER_KINDS = {
     "net": "a SUMO net, not a scenario; write a scenario with network = {{ net = {name} }} "
@@ -132,7 +133,7 @@ def read_source(
     if preset is not None:
         _apply_preset(tables, preset, presets, faults)
     for override in overrides:
-        _apply_override(tables, override, faults)
+        apply_override(tables, override, faults)
         if of_run and override.replace(" ", "").startswith("uav.aircraft="):
             text = "of a run is written out; name the scenario in place of the run to change it"
             faults.append(Fault("uav.aircraft", text))
@@ -225,7 +226,8 @@ def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fau
                 _set(tables, key, copy.deepcopy(value), faults)
 
 
-def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
+def apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
+    """Set a key of some tables, written ``dotted.key=value``; adds what is wrong with it."""
     key, equals, text = (part.strip() for part in override.partition("="))
     if not (key and equals and text):
         faults.append(Fault(override, "is not an override; write dotted.key=value"))
@@ -261,9 +263,9 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
         text = "is not a dotted key; write it as in uav.start.distance_m"
         faults.append(Fault(key, text, unknown=True))
         return
-    if parents[:1] == ["uav"] and [*parents[1:], last][0].isdigit():
-        one = tables.setdefault("uav", {})
-        tables["uav"] = [one] if isinstance(one, dict) else one  # [uav] is a list of one
+    if parents and parents[0] in LISTED and [*parents[1:], last][0].isdigit():
+        one = tables.setdefault(parents[0], {})
+        tables[parents[0]] = [one] if isinstance(one, dict) else one  # [uav] is a list of one
     places: list[Any] = [tables]
     for depth, name in enumerate(parents):
         places = [inner for place in places for inner in _led_to(place, name)]

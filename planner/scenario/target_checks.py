@@ -1,11 +1,14 @@
 """Checks of what a target's keys say together, and of the files that they name."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from planner.errors import Fault
+from planner.messages import as_written
 from planner.scenario.sections import SearchSection, TargetSection
 from planner.scenario.values import probability_fault
+
+OF_ALL_TARGETS = ("driving", "last_seen_ago_s", "sighted_at")  # one clock, and one kind of motion
 
 
 def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:
@@ -18,6 +21,31 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
         yield Fault(f"{key}.mix", text if section.mix else "is empty; leave it out")
     for part_key, part in section.parts(key):
         yield from _own_faults(part_key, part, folder)
+
+
+def shared_faults(targets: Sequence[tuple[str, TargetSection]]) -> Iterator[Fault]:
+    """Yield where several targets, by key, differ in what is the same for all, or have one name."""
+    for number, (key, target) in enumerate(targets[1:], 1):
+        first_key, first = targets[0]
+        if target.driving == "traffic":
+            yield Fault(f"{key}.driving", "takes one target in traffic yet; leave the others out")
+        for name in OF_ALL_TARGETS:
+            if getattr(target, name) != getattr(first, name):
+                text = f"is the same for all targets, but {first_key}.{name} differs"
+                yield Fault(f"{key}.{name}", f"{text}; write the same in both")
+        names = [other.name for _, other in targets[:number]]
+        if target.name is not None and target.name in names:
+            text = f"{as_written(target.name)} is another target's name; give each its own"
+            yield Fault(f"{key}.name", text)
+
+
+def count_faults(targets: int, search: SearchSection) -> Iterator[Fault]:
+    """Yield the fault of fewer particles, or fresh targets, than there are targets."""
+    for key in ("particles", "targets"):
+        given = getattr(search, key)
+        if given is not None and given < targets:
+            text = f"{given} is too few for {targets} targets, which share them; give more"
+            yield Fault(f"search.{key}", text)
 
 
 def _own_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fault]:

@@ -73,6 +73,7 @@ Distance = Annotated[float, Field(ge=0, le=FARTHEST_M, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Name = Annotated[str, BeforeValidator(name_of)]
+TargetName = Annotated[str, AfterValidator(_one_line), Field(max_length=40)]
 Credit = Annotated[str, AfterValidator(_one_line)]
 Seconds = Annotated[NotNegative, Field(le=LONGEST_S), BeforeValidator(seconds)]
 PositiveSeconds = Annotated[

@@ -198,6 +198,7 @@ def _case(problem: Problem) -> Case:
         tie=TIE_S if problem.objective.by_s is None else TIE_SHARE,
         landing_s=float(uav.landing_s),
         in_transit=bool(problem.sensor.detects_in_transit),
+        rate_per_s=float(problem.sensor.rate_per_s),
     )
 
 
@@ -212,6 +213,7 @@ def _states(problem: Problem, case: Case, slots: int) -> PrefixStates:
         settled=np.zeros(slots),
         open=np.zeros((slots, n), np.int32),
         opens=np.zeros(slots, np.int32),
+        miss=np.ones((slots, 0 if problem.sensor.is_perfect else n)),
         flight=np.zeros((longest + 1, 6)),
     )
     states.place[0] = len(case.place_xy_m) - 1

@@ -254,6 +254,7 @@ METHODS = (
         "the best of all orders and directions of a small net",
         True,
         _exact,
+        for_misses=True,
         is_sized=False,
     ),
     Method("exhaustive", "every road once, in topological order", False, _exhaustive),

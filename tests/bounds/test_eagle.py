@@ -19,6 +19,7 @@ import pytest
 
 from planner.arrays import Floats
 from planner.bounds.certificate import Effort, certified
+from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
@@ -54,7 +55,7 @@ def moves() -> Floats:
     return chances
 
 
-def best_search(start: int, looks: int) -> tuple[float, list[int]]:
+def best_search(start: int, looks: int, detects: float = 1.0) -> tuple[float, list[int]]:
     """Greatest probability of detection, and where it looks, from all paths of the searcher."""
     at = [start]
     missed, paths = {start: np.eye(CELLS)[[FIRST]]}, {start: np.array([at])}
@@ -64,7 +65,7 @@ def best_search(start: int, looks: int) -> tuple[float, list[int]]:
         for cell, mass in missed.items():
             for onto in (cell, *beside(cell)):
                 left = mass.copy()
-                left[:, onto] = 0.0
+                left[:, onto] *= 1.0 - detects
                 reached[onto].append(left @ moves() if look + 1 < looks else left)
                 passed[onto].append(np.insert(paths[cell], look + 1, onto, axis=1))
         missed = {cell: np.concatenate(masses) for cell, masses in reached.items() if masses}
@@ -147,3 +148,17 @@ def test_the_bound_meets_the_optimum(start: int, looks: int) -> None:
     certificate = certified(problem, plan, Effort(stop=WorkDone(3000)))
     assert certificate.value == pytest.approx(chance, abs=1e-9)
     assert chance - 1e-9 <= certificate.bound <= chance + 0.002
+
+
+@pytest.mark.parametrize(("detects", "best"), [(1.0, 0.703437), (0.7, 0.565590)])
+def test_looks_that_miss(detects: float, best: float) -> None:
+    """A look is a contact of ten seconds: the flown plan finds as probably as enumeration says."""
+    chance, path = best_search(0, 8, detects)
+    assert chance == pytest.approx(best, abs=5.1e-7)
+    problem = cell_problem(0, 8)
+    rate_per_s = np.inf if detects == 1.0 else -np.log1p(-detects) / (2.0 * THERE_S)
+    sensor = replace(problem.sensor, rate_per_s=rate_per_s)
+    # One cell more, so that the last look lasts as long as the others.
+    (track,) = plan_of_legs(problem, "", legs_through(problem, [*path, path[-1]])).tracks
+    flown = evaluate([track], problem.futures, sensor, problem.objective)
+    assert flown.figure == pytest.approx(chance, abs=1e-6)  # where it jumps it is not quite away

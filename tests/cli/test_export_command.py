@@ -198,8 +198,8 @@ def test_each_refusal_is_a_line(run: Commands, tmp_path: Path, town_run: Path) -
     refused(run("export", town_run), "it does not say where on the Earth it lies; give --origin")
     refused(
         run("export", town_run, *ORIGIN, "--max-waypoints", "3", "--aircraft", _fast(tmp_path)),
-        "waypoints are more than --max-waypoints 3",
         "uav.speed_mps: 25 m/s is more than the 20 m/s",
+        "waypoints are more than --max-waypoints 3",
     )
     refused(run("export", town_run, *ORIGIN, "--format", "dji"), "--format dji: is not a format")
     refused(run("export", town_run, "--origin", "95,6"), "should be a latitude and a longitude")

@@ -66,7 +66,7 @@ def test_what_is_out_of_reach_is_said(run: Commands, tmp_path: Path) -> None:
     options = (*SMALL, "--gap", "0", "--time-limit", "1", "--method", "rate")
     said = run("plan", "figure3", *options, "-o", tmp_path / "run").out
     assert "no road plan is below" in said
-    assert "gap asked for, 0.0%, is not reached" in said
+    assert "gap asked for, 0.0 %, is not reached" in said
     assert holds(tmp_path / "run")
 
 

@@ -62,12 +62,16 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
     ("words", "fault"),
     [
         (("--report", "hello"), '--report: "hello" is no news that is understood'),
-        (("--report", "seen at r5c5 at 10, 70 %"), "only 0.0% of what is believed is there"),
+        (("--report", "seen at r5c5 at 10, 70 %"), "only 0.0 % of what is believed is there"),
         (("--searched", "x.gpx"), "--searched: goes with --radius-m"),
         (("--radius-m", 5), "go with --searched"),
         (("--gap", 5), "--gap: goes with --lost-at"),
         (("--same-source", "--report", "seen at r0c0 at 10, 70 %"), "no earlier report"),
         (("--at", 99999), "the flight is over at"),
+        (
+            ("--delay", 651),
+            "--delay 651: at 0:10:50 the UAV has been at its height for 650 s; give",
+        ),
         (("--battery", "0min"), "uav.in_air.left_s: should be greater than 0, not 0; give for how"),
         (("--uav-at", "r1c1", "--at", "1e13"), "uav.in_air.at_s: should be at most"),
     ],

@@ -1,6 +1,7 @@
 """Sensors that miss: sweep widths, contacts and survival against closed forms and small steps."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -41,22 +42,58 @@ def wandering(seed: int, *, points: int = 12, within_m: float = 8e3) -> Track:
     return Track(time_s, *rng.uniform(-within_m, within_m, (2, points)), on)
 
 
+RateAt = Callable[[Floats], Floats]  # of detection per second, by range in metres
+
+
+def exposures(futures: Futures, track: Track, rate_at: RateAt, times_s: Floats) -> Floats:
+    """The rate at which a flight detects each particle at each time, (times, N): the slow twin."""
+    at = np.array([futures.positions(float(time_s)) for time_s in times_s])
+    is_on = (
+        (track.sensor_on[:, 0, None] <= times_s) & (times_s <= track.sensor_on[:, 1, None])
+    ).any(0)
+    away_m = np.linalg.norm(at - track.xy(times_s)[:, None], axis=2)
+    return np.asarray(is_on[:, None] * rate_at(away_m))
+
+
+def within(sensor: Sensor) -> RateAt:
+    return lambda away_m: (away_m <= sensor.radius_m) * sensor.rate_per_s
+
+
 def by_small_steps(futures: Futures, flights: list[Searched], moments: int) -> Floats:
     """E[min(time seen, horizon)] of each particle: the rate added up moment by moment."""
     end_s = max(flight.track.end_s for flight in flights)
     edges = np.linspace(0.0, end_s, moments + 1)
     times_s, step_s = 0.5 * (edges[1:] + edges[:-1]), edges[1]
-    at = np.array([futures.positions(float(time_s)) for time_s in times_s])
-    rate = np.zeros((moments, len(futures)))
-    for track, sensor in flights:
-        on = (
-            (track.sensor_on[:, 0, None] <= times_s) & (times_s <= track.sensor_on[:, 1, None])
-        ).any(0)
-        away_m = np.linalg.norm(at - track.xy(times_s)[:, None], axis=2)
-        rate += on[:, None] * (away_m <= sensor.radius_m) * sensor.rate_per_s
+    rate = sum(exposures(futures, track, within(sensor), times_s) for track, sensor in flights)
     exposure = np.cumsum(rate, axis=0) * step_s
     unseen = np.exp(-np.vstack([np.zeros(len(futures)), exposure]))
     return step_s * 0.5 * (unseen[1:] + unseen[:-1]).sum(axis=0) + (HORIZON_S - end_s) * unseen[-1]
+
+
+def test_the_slow_twin_knows_the_inverse_cube_law() -> None:
+    """Koopman's law, which no sensor here has: the sweep width, and parallel sweeps."""
+    m, v = 2e6, 100.0
+    aside_m, half_m, moments = np.geomspace(40.0, 1e4, 60), 1e5, 10_000
+    some, none = len(aside_m), np.zeros(len(aside_m))
+    resting = Futures(none, none, aside_m, np.arange(some + 1), none + 1 / some, none > 0)
+    ends_m = np.array([-half_m, half_m])
+    track = Track(np.array([0.0, 2.0 * half_m / v]), ends_m, np.zeros(2), ALWAYS)
+    times_s = (np.arange(moments) + 0.5) * track.end_s / moments
+    rate = exposures(resting, track, lambda away_m: m / away_m**3, times_s)
+    exposure = rate.sum(axis=0) * track.end_s / moments
+
+    def of(ranges_m: Floats) -> Floats:
+        """Exposure by one pass at a lateral range; beyond the last one it falls with its square."""
+        inner = np.interp(np.log(ranges_m), np.log(aside_m), np.log(exposure))
+        return np.exp(inner) * np.minimum(1.0, aside_m[-1] / ranges_m) ** 2
+
+    ranges_m = np.linspace(0.5, aside_m[-1] - 0.5, int(aside_m[-1]))
+    width_m = 2.0 * (-np.expm1(-of(ranges_m)).sum() + exposure[-1] * aside_m[-1])
+    assert width_m == pytest.approx(708.98, abs=0.5)
+    for apart_m, known in ((500.0, 0.924457), (1000.0, 0.625769)):
+        between_m, sweeps = apart_m * (np.arange(200) + 0.5) / 200, np.arange(-2000, 2000) * apart_m
+        passed = of(np.abs(between_m[:, None] - sweeps)).sum(axis=1)
+        assert -np.expm1(-passed).mean() == pytest.approx(known, abs=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.errors import InputError
-from planner.export.about import Flown, Summary, Worth
+from planner.export.about import About, Flown, Summary, Worth
 from planner.export.by_hand import TURN_S, Judge, Pilot, by_hand, chosen_legs
 from planner.export.checks import faults
 from planner.export.directions import directions
@@ -113,19 +113,19 @@ def test_what_it_loses_is_told(flown: RunFlight, on_street: np.ndarray) -> None:
     everyone = replace(found, seen_at=np.zeros(len(on_street)))
     wanted = Wanted.of(None, "px4", "relative")
     worth = Worth(Flown(everyone, 900.0), Flown(found, flown.lasts_s))
-    text = Summary(flown, wanted, (), worth).text
+    text = About((Summary(flown, wanted, (), worth),)).text
     assert text.startswith("The height, 100 m, is above the launch point, and flat ground")
     assert "research software, not certified" in text
     lost = 1.0 - found.detection_probability
-    assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0% planned" in text
+    assert f"flown by hand it loses {100 * lost:.1f} points of the 100.0 % planned" in text
     assert "as planned     by hand" in text
     assert "  3. " in text
     assert "    begins   length  bearing" in text
     assert text.count("  straight ") == 2
-    better = Summary(flown, wanted, (), Worth(worth.written, worth.planned)).text
+    better = About((Summary(flown, wanted, (), Worth(worth.written, worth.planned)),)).text
     assert "flown by hand it gains" in better
-    same = Summary(flown, wanted, (), Worth(worth.written, worth.written)).text
-    assert f"finds as many as planned, {found.detection_probability:.1%}" in same
+    same = About((Summary(flown, wanted, (), Worth(worth.written, worth.written)),)).text
+    assert f"finds as many as planned, {100 * found.detection_probability:.1f} %" in same
     assert f"in the air for {clock(flown.lasts_s)}, as planned" in same
 
 
@@ -136,7 +136,7 @@ def test_a_leg_that_is_long_in_words_goes_on_below_them(
     long = replace(flown, by_hand=(first._replace(phrase="way " * 15), *others))
     sensor, objective = judge(on_street)[1:]
     worth = Flown(evaluate((flown.track,), resting(on_street), sensor, objective), 900.0)
-    text = Summary(long, Wanted.of(None, "px4", "relative"), (), Worth(worth, worth)).text
+    text = About((Summary(long, Wanted.of(None, "px4", "relative"), (), Worth(worth, worth)),)).text
     (leg, more) = (line for line in text.splitlines() if "way way" in line)
     assert len(leg) <= 80
     assert leg.index("way") == more.index("way")

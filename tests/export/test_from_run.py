@@ -201,7 +201,8 @@ def test_what_the_ground_is_for_is_refused() -> None:
 def test_faults_are_told_one_by_one() -> None:
     run = written()
     assert "more than --max-waypoints 3" in told(run, most=3)[0]
-    fast = replace(run, flight=replace(run.flight, speed_mps=25.0))
+    law = replace(run.aircraft.law, speed_mps=25.0)
+    fast = replace(run, aircraft=replace(run.aircraft, law=law))
     assert told(fast)[0].startswith("uav.speed_mps: 25 m/s is more than the 20 m/s")
     late = replace(run, battery=replace(run.battery, lasts_s=500.0))
     assert "and the battery lasts for 0:03:20 with its reserve kept" in told(late)[0]

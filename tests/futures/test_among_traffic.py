@@ -135,5 +135,5 @@ def test_fates_are_told() -> None:
     )
     share, _, pairs = fates.share()
     assert (share, pairs) == (pytest.approx(0.925), 3)
-    assert "comes 92.5% of the way" in fates.told_share()
+    assert "comes 92.5 % of the way" in fates.told_share()
     assert replace(fates, alone_m=np.full(4, np.nan)).told_share() == ""

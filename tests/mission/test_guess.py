@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from planner.futures.futures import Futures
+from planner.futures.kinematic import kinematic_futures
 from planner.mission import guess
-from planner.mission.guess import planning_clock_error, reach_m, told_reach
+from planner.mission.guess import planning_clock_error, planning_guess, reach_m, told_reach
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder
-from planner.network.signals import Signals, signals_of
+from planner.network.signals import Signals, signal_cycle_s, signals_of
 from support.command_line import TOWN, Commands
+from support.queues import grid_scenario
 
 FEW = ["search.particles=8", "search.horizon_s=310"]
 
@@ -36,7 +38,7 @@ def test_the_command_tells_how_far_the_clock_is_off(run: Commands, driving: str)
     assert found["at_180_s_m"] < 15.0
     assert found["at_300_s_m"] < 45.0
     told = run("futures", TOWN, *options)
-    assert "a guess, before SUMO drives: 90% of the particles are within 0." in told.err
+    assert "a guess, before SUMO drives: 90 % of the particles are within 0." in told.err
     said = told.out
     assert f"the kinematic clock (a guess): {found['at_180_s_m']:.0f} m off at 180 s" in said
 
@@ -53,7 +55,7 @@ def test_the_reach_is_that_of_nine_in_ten() -> None:
     )
     assert reach_m(cloud, 600.0) == pytest.approx((1000.0, 1.0))
     assert reach_m(cloud, 300.0) == pytest.approx((500.0, 1.0))
-    assert "90% of the particles are within" in told_reach(cloud, 700.0)
+    assert "90 % of the particles are within" in told_reach(cloud, 700.0)
     assert "within 0.5 km at 5 min, 1.0 km at 10 min of the middle" in told_reach(cloud, 700.0)
     assert "within 0.1 km at 1 min of the middle" in told_reach(cloud, 60.0)
     assert "all particles are gone" in told_reach(cloud.take(np.arange(0)), 600.0)
@@ -70,9 +72,9 @@ def test_the_reach_is_told_of_those_on_the_map_and_how_many_they_are() -> None:
     )
     assert reach_m(cloud, 600.0) == pytest.approx((600.0, 0.25))
     said = told_reach(cloud, 700.0)
-    assert "90% of the particles that are on the map then are within" in said
-    assert "0.6 km at 10 min (25% are) of the middle" in said
-    assert "at 5 min (100% are)" in said
+    assert "90 % of the particles that are on the map then are within" in said
+    assert "0.6 km at 10 min (25 % are) of the middle" in said
+    assert "at 5 min (100 % are)" in said
 
 
 def test_abstract_nets_have_no_clock(run: Commands) -> None:
@@ -120,3 +122,22 @@ def test_a_net_whose_signals_cannot_be_read_has_none(
     recorder = Recorder(dataclasses.replace(whole, network=network), workers=1)
     assert planning_clock_error(recorder, recorded) is None
     assert "no kinematic clock: " in caplog.text
+
+
+def test_in_traffic_signals_stand_as_at_the_traffics_own_time(tmp_path: Path) -> None:
+    folder = grid_scenario(tmp_path)
+
+    def at(time_s: float) -> Futures:
+        overrides = [f"traffic.at={time_s}", "search.horizon_s=200"]
+        found = planning_guess(Recorder(open_scenario(folder, overrides=overrides)))
+        assert found is not None
+        return found
+
+    recorder = Recorder(open_scenario(folder, overrides=["search.horizon_s=200"]))
+    network = recorder.opened.network
+    first, later, again = at(30), at(52), at(30 + signal_cycle_s(network))
+    particles = dataclasses.replace(recorder.planning_particles(), phase_s=np.full(len(first), 52))
+    expected = kinematic_futures(network, particles, signals_of(network), horizon_s=200.0)
+    assert np.array_equal(later.time_s, expected.time_s)
+    assert not np.allclose(first.driven_m(200.0), later.driven_m(200.0))
+    assert np.array_equal(first.time_s, again.time_s)

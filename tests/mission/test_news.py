@@ -129,7 +129,7 @@ def test_a_report_of_one_target_leaves_the_other_alone() -> None:
 
 
 def test_a_report_of_where_it_cannot_be_is_refused() -> None:
-    with pytest.raises(InputError, match=r"only 0\.0% of what is believed .* --insist"):
+    with pytest.raises(InputError, match=r"only 0\.0 % of what is believed .* --insist"):
         refuse_unlikely(ROW, report(0.0, 5e4, 0.7), (), NET, speed_mps=50.0)
     refuse_unlikely(ROW, report(3000.0, 0.0, 0.7), (), NET, speed_mps=50.0)
     assert weights(ROW, report(0.0, 5e4, 0.7)) == pytest.approx(ROW.weight)  # if it is insisted on

@@ -5,6 +5,7 @@ import pytest
 
 from planner.mission.opening import open_scenario
 from planner.mission.remarks import off_roads_m, scenario_remarks
+from support.command_line import TOWN
 from support.instances import town
 
 
@@ -36,3 +37,19 @@ def test_few_particles_for_many_roads() -> None:
     known = ["target.distance_m={ constant = 0 }", "target.speed_mps={ constant = 20 }"]
     every = [*overrides, *known, "search.sampling=all"]
     assert scenario_remarks(open_scenario("grid5x5", overrides=every)) == []
+
+
+def test_what_export_will_refuse_is_told_before_anything_is_planned() -> None:
+    def refused(*overrides: str) -> list[str]:
+        told = scenario_remarks(open_scenario(TOWN, overrides=overrides))
+        return [line.partition("refuse a plan: ")[2] for line in told if "refuse" in line]
+
+    assert refused("uav.aircraft=multicopter", "uav.speed_mps=15") == []
+    assert refused("uav.aircraft=multicopter", "uav.speed_mps=25")[0].startswith(
+        "uav.speed_mps: 25 m/s is more than the 20 m/s that autopilots keep to"
+    )
+    assert refused("uav.aircraft=ideal")[0].startswith("uav: the plan is for an ideal aircraft")
+    climbs = refused("uav.aircraft=ideal", "uav.climb_mps=2.5", "uav.speed_mps=15")
+    assert climbs[0].startswith("uav.acceleration_mps2: is not given")
+    two = "uav=[{ start = { x_m = 0, y_m = 0 } }, { start = { x_m = 9, y_m = 0 }, speed_mps = 25 }]"
+    assert refused(two, "uav.aircraft=multicopter")[0].startswith("uav[1].speed_mps: 25 m/s")

@@ -174,7 +174,7 @@ def test_where(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     before = state_at(PROBLEM.futures, PROBLEM.network, -5.0)
     where_picture(tmp_path / "before.svg", PROBLEM.network, before)
-    assert any("probability 0.0%" in text for text in texts(tmp_path / "before.svg"))
+    assert any("probability 0.0 %" in text for text in texts(tmp_path / "before.svg"))
 
 
 def test_it_needs_no_screen_and_no_pyplot(tmp_path: Path) -> None:

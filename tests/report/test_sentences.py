@@ -8,6 +8,7 @@ from planner.detection.objective import Objective
 from planner.detection.prospects import Prospects
 from planner.report import sentences as remarks
 from planner.report.tables import MethodRow
+from planner.scenario.sections import TargetSection
 
 
 def evaluation(seed: int, low_s: float) -> Evaluation:
@@ -48,34 +49,34 @@ def test_a_method_that_cannot_be_used_says_why() -> None:
 def test_a_certificate_in_seconds_and_as_probability() -> None:
     said = remarks.certificate_line(Certificate(1100.0, 1000.0, "roads"), None)
     assert "1,100 s; no road plan is below 1,000 s" in said
-    assert said.endswith("gap 10.0%")
+    assert said.endswith("gap 10.0 %")
     said = remarks.certificate_line(Certificate(0.6, 0.8, "free"), 600.0)
-    assert "60.0%; no flight is above 80.0%" in said
-    assert said.endswith("gap 25.0%")
+    assert "60.0 %; no flight is above 80.0 %" in said
+    assert said.endswith("gap 25.0 %")
 
 
 def test_a_certificate_of_any_flight_says_what_its_files_prove() -> None:
     said = remarks.certificate_line(Certificate(1100.0, 1000.0, "free", physics=880.0), None)
-    assert said.endswith("gap 10.0% (as computed; the files prove 880 s, gap 25.0%)")
+    assert said.endswith("gap 10.0 % (as computed; the files prove 880 s, gap 25.0 %)")
     said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=1.0), 600.0)
-    assert said.endswith("gap 25.0% (as computed; the files prove 100.0%, gap 40.0%)")
+    assert said.endswith("gap 25.0 % (as computed; the files prove 100.0 %, gap 40.0 %)")
     said = remarks.certificate_line(Certificate(0.6, 0.8, "free", physics=0.8), 600.0)
     assert said.endswith("(each target met as early as can be: this time gave no better bound)")
 
 
 def test_a_gap_that_is_not_reached_and_a_limit() -> None:
-    assert "10.0%, is not reached" in remarks.gap_line(0.1)
+    assert "10.0 %, is not reached" in remarks.gap_line(0.1)
     assert "below 1,000 s (10 sets)" in remarks.limit_line(1000.0, 10, None)
-    assert "above 80.0% (10 sets)" in remarks.limit_line(0.8, 10, 600.0)
+    assert "above 80.0 % (10 sets)" in remarks.limit_line(0.8, 10, 600.0)
 
 
 def test_how_far_a_plan_is_from_the_best_in_the_world() -> None:
     evaluated = {"ci95_s": [1040.0, 1100.0], "targets": 4000}
     said = remarks.world_line(1000.0, evaluated, None)
     assert "takes 1,040 to 1,100 s on average (4,000 fresh targets, 95 %)" in said
-    assert "at most 10.0% above the best" in said
+    assert "at most 10.0 % above the best" in said
     said = remarks.world_line(0.6, {"found_by_probability": 0.5, "targets": 10_000}, 600.0)
-    assert "with 49.0% to 51.0%" in said
+    assert "with 49.0 % to 51.0 %" in said
     assert "at most 11.0 points below the best" in said
 
 
@@ -92,9 +93,19 @@ def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
     )
     said = remarks.prospects_lines(Prospects(((300.0, 0.25), (600.0, 0.25)), 0.5, ceiling))
     assert said[0] == (
-        "fresh targets that have left the map: 25% by 0:05:00, 25% by 0:10:00, 50% by 0:16:40; "
-        "no flight finds more of them than 50.0% (each chased alone)"
+        "fresh targets that have left the map: 25 % by 0:05:00, 25 % by 0:10:00, 50 % by 0:16:40; "
+        "no flight finds more of them than 50.0 % (each chased alone)"
     )
     assert "larger net" in said[1]
     assert len(remarks.prospects_lines(Prospects((), 0.1, ceiling))) == 1
     assert remarks.prospects_lines(Prospects((), 0.0, ceiling)) == []
+
+
+def test_who_flees_is_said_not_to_react() -> None:
+    flees = TargetSection.model_validate(
+        {"start": "anywhere", "flees": {"for_s": 90, "factor": 1.3}}
+    )
+    said = remarks.flees_line(flees)
+    assert said is not None
+    assert "the target does not react to the UAV" in said
+    assert remarks.flees_line(TargetSection(start="anywhere")) is None

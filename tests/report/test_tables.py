@@ -20,6 +20,7 @@ from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
 from planner.network.georeference import coordinates
+from planner.report.finds import targets_table
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
@@ -317,3 +318,22 @@ def test_no_color_is_respected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "\x1b[1;31m" in printed_to_terminal()
     monkeypatch.setenv("NO_COLOR", "1")
     assert "31m" not in printed_to_terminal()
+
+
+def test_several_targets_are_compared_by_sums(printed: Callable[[object], str]) -> None:
+    seen_at = np.array([100.0, 400.0, 200.0, np.inf])
+    found = Evaluation(
+        seen_at,
+        np.array([0.5, 0.5, 0.5, 0.4]),
+        np.full(4, 900.0),
+        Objective(1000.0, 300.0, sought=2),
+        target=np.array([0, 0, 1, 1]),
+    )
+    row = MethodRow("rate", found, found)
+    cells = line(printed(compare_table([row])), "rate")
+    # The pairs' times: 0.5 * 100 + 0.5 * 400, and 0.5 * 200 + 0.5 * 1000.
+    for cell in ("1.00", "850 s", "200 s", "650 s", "1.50"):
+        assert cell in cells
+    table = targets_table(found, ("red", "blue"))
+    assert line(printed(table), "blue")[1] == "600 s"
+    assert line(printed(table), "all found")[1] == "650 s"

@@ -8,7 +8,7 @@ import pytest
 
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
-from planner.detection.sensor import Sensor
+from planner.detection.sensor import Sensor, rate_of
 from planner.errors import NotApplicableError
 from planner.flight.uav import Uav
 from planner.futures.futures import Futures
@@ -18,7 +18,14 @@ from planner.search.exact import best_order, enumerate_orders, exact, number_of_
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from support.cases import some_in_the_gate
-from support.instances import by_two_letters, figure1, figure3, grid, physics_futures
+from support.instances import (
+    by_two_letters,
+    figure1,
+    figure3,
+    grid,
+    network_of_roads,
+    physics_futures,
+)
 
 KM = 1000.0
 
@@ -96,6 +103,13 @@ def random_problem(seed: int, roads: int) -> Problem:
     )
 
 
+def missing(problem: Problem, detects: float) -> Problem:
+    """The same with a sensor whose pass straight over a resting target misses it now and then."""
+    sensor, speed_mps = problem.sensor, float(problem.uav.speed_mps)
+    rate_per_s = rate_of(detects, sensor.radius_m, speed_mps)
+    return problem.replace(sensor=replace(sensor, rate_per_s=rate_per_s))
+
+
 def plain_orders(roads: int, flown: int) -> list[tuple[int, ...]]:
     return sorted(
         tuple(2 * road + way for road, way in zip(order, ways, strict=True))
@@ -108,7 +122,7 @@ def plain_value(problem: Problem, order: tuple[int, ...]) -> float:
     """E of the whole flight, as any other plan is evaluated."""
     tracks = plan_of_legs(problem, "", order).tracks
     result = evaluate(tracks, problem.futures, problem.sensor, problem.objective)
-    return result.expected_detection_time_s
+    return result.figure
 
 
 @pytest.mark.parametrize(("roads", "count"), [(1, 2), (2, 8), (3, 48), (4, 384)])
@@ -121,6 +135,19 @@ def test_enumeration_is_plain_enumeration(roads: int, count: int, seed: int) -> 
     assert [result.order(i) for i in range(count)] == orders
     expected = [plain_value(problem, order) for order in orders]
     np.testing.assert_allclose(result.value, expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize("by_s", [None, 200.0])
+@pytest.mark.parametrize("seed", range(6))
+def test_with_misses_too(seed: int, by_s: float | None) -> None:
+    problem = missing(random_problem(seed, 3), 0.6)
+    problem = problem.replace(objective=Objective(problem.horizon_s, by_s))
+    values = enumerate_orders(problem).value
+    expected = [plain_value(problem, order) for order in plain_orders(3, 3)]
+    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-12)
+    order, value = best_order(problem, 3)
+    assert value == pytest.approx(values.min() if by_s is None else values.max(), abs=2e-6)
+    assert plain_value(problem, order) == pytest.approx(value, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", some_in_the_gate(50, 18))
@@ -146,6 +173,38 @@ def test_the_best_of_fewer_legs_than_roads(flown: int, seed: int) -> None:
     order, value_s = best_order(problem, flown)
     assert len(order) <= flown
     assert value_s == pytest.approx(min(plain_value(problem, o) for o in orders), abs=2e-6)
+
+
+def star(lengths_m: list[float], odds: list[float], looks: int) -> Problem:
+    """A target rests at the tip of an arm; so many roads lead out to each tip and back."""
+    arms, center = len(odds), np.zeros(2)
+    angles = 2.0 * np.pi * np.arange(arms) / arms
+    tips = 0.5 * np.array(lengths_m)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    shapes = [np.stack([center, tip, center]) for tip in tips for _ in range(looks)]
+    net = network_of_roads(
+        {"A": (0.0, 0.0)}, [(f"{arm}-{k}", "A", "A") for arm in range(arms) for k in range(looks)]
+    )
+    net = replace(
+        net, first_point=3 * np.arange(len(shapes) + 1), shape_xy_m=np.concatenate(shapes)
+    )
+    none = np.zeros(arms, dtype=bool)
+    futures = Futures(np.zeros(arms), *tips.T, np.arange(arms + 1), np.array(odds), none)
+    return Problem(net, futures, Uav(0.0, 0.0, 0.0, 100.0), Sensor(200.0), Objective(2000.0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_on_a_star_the_likelier_look_per_second_comes_first(seed: int) -> None:
+    """Looks at places where a target may rest: by falling p q (1 - q)^(k - 1) / c."""
+    rng, looks = np.random.default_rng(seed), 2
+    lengths_m, odds = rng.uniform(4 * KM, 12 * KM, 3), rng.dirichlet(np.ones(3))
+    problem = missing(star(lengths_m.tolist(), odds.tolist(), looks), 0.4)
+    each = [(arm, look) for arm in range(3) for look in range(looks)]
+    index = {one: odds[one[0]] * 0.6 ** one[1] / lengths_m[one[0]] for one in each}
+    rule = [2 * (looks * arm + look) for arm, look in sorted(each, key=lambda one: -index[one])]
+    order, value_s = best_order(problem, len(each))
+    assert value_s == pytest.approx(plain_value(problem, tuple(rule)), abs=1e-6)
+    arms = [leg // 2 // looks for leg in order]
+    assert arms == [leg // 2 // looks for leg in rule]
 
 
 @pytest.mark.parametrize("gone", [False, True])
@@ -232,13 +291,14 @@ def test_the_earliest_meeting_is_physics() -> None:
     assert 200 < reached < 960
 
 
-def test_no_completion_beats_its_bound() -> None:
+@pytest.mark.parametrize("detects", [1.0, 0.6])
+def test_no_completion_beats_its_bound(detects: float) -> None:
     """For every first leg; some bounds of single particles are reached, so none is too low."""
     from planner.search.kernels.exact import completion_bound, fly
 
     reached = 0
     for seed in range(30):
-        problem = random_problem(500 + seed, 3)
+        problem = missing(random_problem(500 + seed, 3), detects)
         single = replace(problem.futures.take(np.array([seed % 12])), weight=[1.0])
         for variant in (problem, problem.replace(futures=single)):
             case = exact_module._case(variant)

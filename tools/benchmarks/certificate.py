@@ -24,6 +24,7 @@ from planner.bounds.certificate import FIRST_STEPS, Certificate, Effort, certifi
 from planner.detection.evaluate import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.messages import percent
 from planner.search.best import best
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
@@ -115,7 +116,7 @@ class Point:
     gap: float
 
     def __str__(self) -> str:
-        return f"{self.after_s:.0f} s {self.gap:.2%}"
+        return f"{self.after_s:.0f} s {percent(self.gap, 2)}"
 
 
 class Clock:
@@ -187,7 +188,7 @@ def verdict(points: Sequence[Point], condition: Condition, seconds: float) -> tu
     for at_s, aim in zip((MINUTE_S, TEN_S), condition.aims, strict=True):
         point = next((one for one in points if one.after_s >= at_s), last)
         is_known = point.after_s >= at_s or last.after_s < seconds  # it was done sooner
-        aimed = "-" if math.isinf(aim) else f"{aim:.1%}"
+        aimed = "-" if math.isinf(aim) else percent(aim)
         words += f" {point.gap:8.2%} {aimed:>6}" if is_known else f" {'':8} {aimed:>6}"
         held &= not is_known or round(point.gap, 4) <= aim
     return held, words

@@ -38,6 +38,7 @@ from planner.cli.progress import progress_bar
 from planner.errors import PlannerError
 from planner.files import written_whole
 from planner.intervals import NORMAL_95
+from planner.messages import percent
 from planner.mission.planning import problem_of
 
 MOST_SPREAD_S = 6.0  # standard deviation from seed to seed
@@ -250,12 +251,12 @@ def _texts(one: Cell, rows: Sequence[Cell]) -> Iterator[str]:
     yield "" if one.at_most_s is None else f"{one.at_most_s:,.0f}"
     yield "" if one.at_most_s is None else ("yes" if one.expected_s <= one.at_most_s else "NO")
     yield from (f"{one.found:.4f}", f"{one.before_goal:.3f}", f"{one.spread_s:.1f}")
-    yield from (f"{one.optimism:+.2%}", f"{one.took_s:.2f} (≤ {one.most_took_s:.2f})")
+    yield from (percent(one.optimism, 2, sign=True), f"{one.took_s:.2f} (≤ {one.most_took_s:.2f})")
     strongest = sorted(one.sooner, key=lambda name: one.sooner[name][0])
     means = {row.way: row.expected_s for row in rows}
     yield "; ".join(
-        f"{name.removeprefix('greedy, ')} {one.sooner[name][0] / means[name]:.1%}"
-        f" ± {one.sooner[name][1] / means[name]:.1%}"
+        f"{name.removeprefix('greedy, ')} {percent(one.sooner[name][0] / means[name])}"
+        f" ± {percent(one.sooner[name][1] / means[name])}"
         for name in strongest
     )
 

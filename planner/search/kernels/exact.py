@@ -12,7 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
-from planner.detection.kernels.closest_approach import Rows, first_in_reach, first_within
+from planner.detection.kernels.closest_approach import (
+    Rows,
+    Vector,
+    first_in_reach,
+    first_within,
+    while_within,
+)
+from planner.detection.kernels.worth import mean_time
 from planner.jit import compiled
 from planner.search.kernels.motion import BEGIN, END, VX, VY, X, Y
 
@@ -51,6 +58,7 @@ class Case(NamedTuple):
     tie: float  # values this close are equal
     landing_s: float
     in_transit: bool  # the sensor is on between roads too
+    rate_per_s: float  # of detection within the radius; infinity: a perfect sensor
 
 
 class PrefixStates(NamedTuple):
@@ -61,6 +69,7 @@ class PrefixStates(NamedTuple):
     settled: Floats  # (S,) sum of weight * cost over all that is no longer open
     open: Ints  # (S, N) first the particles that are unseen and can still be seen
     opens: Ints  # (S,) how many these are
+    miss: Floats  # (S, N) how probably each of these is unseen; (S, 0) if the sensor is perfect
     flight: Floats  # (F, 6) room for the pieces of one flight
 
 
@@ -78,6 +87,15 @@ def fly(case: Case, states: PrefixStates, before: int, leg: int, after: int) -> 
     for i in range(states.opens[before]):
         k = states.open[before, i]
         particle = Rows(first[k], first[k + 1])
+        if case.rate_per_s < np.inf:
+            costs, miss = contacts_in_flight(case, flight, rows, particle, states.miss[before, i])
+            settled += case.weight[k] * costs
+            if case.until_s[k] <= end_s:
+                settled += case.weight[k] * miss * case.miss_cost
+            else:
+                states.open[after, opens], states.miss[after, opens] = k, miss
+                opens += 1
+            continue
         seen_s = meeting_in_flight(flight, rows, pieces, particle, case.radius_m)
         if seen_s <= case.ends_s:
             settled += case.weight[k] * cost(case, seen_s)
@@ -145,21 +163,76 @@ def meeting_in_flight(
     while k < end and pieces[k, END] < flight[0, BEGIN]:
         k += 1
     while i < rows and k < end:
-        from_s = max(flight[i, BEGIN], pieces[k, BEGIN])
-        until_s = min(flight[i, END], pieces[k, END])
-        if from_s <= until_s:
-            flown_s, driven_s = from_s - flight[i, BEGIN], from_s - pieces[k, BEGIN]
-            vx, vy = pieces[k, VX] - flight[i, VX], pieces[k, VY] - flight[i, VY]
-            x = pieces[k, X] + pieces[k, VX] * driven_s - flight[i, X] - flight[i, VX] * flown_s
-            y = pieces[k, Y] + pieces[k, VY] * driven_s - flight[i, Y] - flight[i, VY] * flown_s
-            after_s = first_within((x, y), (vx, vy), until_s - from_s, radius_m)
+        beside = together(flight, i, pieces, k)
+        if beside.lasts_s >= 0.0:
+            after_s = first_within(beside.offset, beside.drift, beside.lasts_s, radius_m)
             if after_s < np.inf:
-                return float(from_s + after_s)
+                return float(beside.from_s + after_s)
         if flight[i, END] < pieces[k, END]:
             i += 1
         else:
             k += 1
     return np.inf
+
+
+class Beside(NamedTuple):
+    """Two straight motions while both go on."""
+
+    from_s: float  # seconds on the target's clock
+    lasts_s: float  # negative: they never are
+    offset: Vector  # of the particle from the UAV, metres
+    drift: Vector  # metres per second
+
+
+@compiled
+def together(flight: Floats, i: int, pieces: Floats, k: int) -> Beside:
+    """Return how a particle moves as seen from the UAV, in a piece of either motion."""
+    from_s = max(flight[i, BEGIN], pieces[k, BEGIN])
+    lasts_s = min(flight[i, END], pieces[k, END]) - from_s
+    flown_s, driven_s = from_s - flight[i, BEGIN], from_s - pieces[k, BEGIN]
+    vx, vy = pieces[k, VX] - flight[i, VX], pieces[k, VY] - flight[i, VY]
+    x = pieces[k, X] + pieces[k, VX] * driven_s - flight[i, X] - flight[i, VX] * flown_s
+    y = pieces[k, Y] + pieces[k, VY] * driven_s - flight[i, Y] - flight[i, VY] * flown_s
+    return Beside(from_s, lasts_s, (x, y), (vx, vy))
+
+
+@compiled
+def contacts_in_flight(
+    case: Case, flight: Floats, rows: int, particle: Rows, miss: float
+) -> tuple[float, float]:
+    """Return what a particle costs that a flight may see, times how probably, and what is left.
+
+    As `meeting_in_flight`, for a sensor that misses; exposures add up over the pieces.
+
+    Parameters
+    ----------
+    miss
+        How probably it is unseen before.
+    """
+    costs, (k, end), i = 0.0, particle, 0
+    while k < end and case.pieces[k, END] < flight[0, BEGIN]:
+        k += 1
+    while i < rows and k < end:
+        beside = together(flight, i, case.pieces, k)
+        if beside.lasts_s >= 0.0:
+            within = while_within(beside.offset, beside.drift, beside.lasts_s, case.radius_m)
+            from_s, to_s = beside.from_s + within.from_s, beside.from_s + within.to_s
+            if from_s < min(to_s, case.ends_s):
+                seen, passes = cost_of_contact(case, from_s, min(to_s, case.ends_s))
+                costs += miss * seen
+                miss *= passes
+        if flight[i, END] < case.pieces[k, END]:
+            i += 1
+        else:
+            k += 1
+    return costs, miss
+
+
+@compiled
+def cost_of_contact(case: Case, from_s: float, to_s: float) -> tuple[float, float]:
+    """Return what a particle costs that a contact may see, times how probably, and what is left."""
+    passes = np.exp(-case.rate_per_s * (to_s - from_s))
+    return (1.0 - passes) * cost(case, mean_time(from_s, to_s, case.rate_per_s)), passes
 
 
 @compiled
@@ -175,9 +248,15 @@ def value(case: Case, states: PrefixStates, slot: int) -> float:
     settled, rest = states.settled[slot], 0.0
     for i in range(states.opens[slot]):
         k = states.open[slot, i]
-        seen_s = np.inf
+        particle, seen_s = Rows(case.first_piece[k], case.first_piece[k + 1]), np.inf
+        if case.rate_per_s < np.inf:
+            miss = states.miss[slot, i]
+            if looks:
+                costs, miss = contacts_in_flight(case, states.flight, 1, particle, miss)
+                settled += case.weight[k] * costs
+            rest += case.weight[k] * miss
+            continue
         if looks:
-            particle = Rows(case.first_piece[k], case.first_piece[k + 1])
             seen_s = meeting_in_flight(states.flight, 1, case.pieces, particle, case.radius_m)
         if seen_s <= case.ends_s:
             settled += case.weight[k] * cost(case, seen_s)
@@ -250,7 +329,8 @@ def completion_bound(case: Case, states: PrefixStates, slot: int, enough: float)
     """Return the mean cost below which no continuation of a prefix can come.
 
     Every open particle counts the first second at which the UAV could meet it if it had nothing
-    else to do. The sum may stop short once it has reached ``enough``.
+    else to do, and from which on, if the sensor misses, it never loses it. The sum may stop short
+    once it has reached ``enough``.
     """
     place, time_s = states.place[slot], states.time_s[slot]
     latest_s = min(case.ends_s, case.landing_s)
@@ -259,6 +339,12 @@ def completion_bound(case: Case, states: PrefixStates, slot: int, enough: float)
         k = states.open[slot, i]
         meeting_s = earliest_meeting(case, place, time_s, k)
         in_time = meeting_s <= latest_s
+        if case.rate_per_s < np.inf:
+            costs, left = 0.0, 1.0
+            if in_time:
+                costs, left = cost_of_contact(case, meeting_s, latest_s)
+            bound += case.weight[k] * states.miss[slot, i] * (costs + left * case.miss_cost)
+            continue
         bound += case.weight[k] * (cost(case, meeting_s) if in_time else case.miss_cost)
         if bound >= enough:
             break

@@ -1,0 +1,132 @@
+"""Several targets at the command line: what plans for them, and what says that it cannot."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from planner.cli import main
+from planner.files import RECORD
+
+BLUE = '{start={"r3c0-r4c0"=0.5,"r3c0-r3c1"=0.5},name="blue",probability_present=0.8}'
+RED = '{start={"r0c0-r0c1"=1},distance_m={uniform=[0,7500]}}'
+FEW = ["--set", "search.particles=40", "--set", "search.sampling=iid", "--method", "rate"]
+
+
+def planned(folder: Path, *settings: str) -> Path:
+    overrides = [part for setting in settings for part in ("--set", setting)]
+    assert main(["plan", "grid5x5", *FEW, *overrides, "--targets", "60", "-o", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return planned(tmp_path_factory.mktemp("two") / "run", f"target=[{RED},{BLUE}]")
+
+
+def test_a_plan_tells_of_each_target_and_of_all(run: Path) -> None:
+    content = json.loads((run / "plan.json").read_text())
+    assert content["targets"] == ["target 0", "blue"]
+    assert content["planned"]["sought"] == 2
+    several = content["evaluated"]["several"]
+    times_s = [one["expected_detection_time_s"] for one in several["each"]]
+    assert content["evaluated"]["expected_detection_time_s"] == pytest.approx(sum(times_s))
+    first_s, last_s = (several[key]["expected_detection_time_s"] for key in ("first", "last"))
+    assert first_s + last_s == pytest.approx(sum(times_s))
+    assert 0.0 < several["last"]["found_probability"] <= 0.8
+
+
+def test_a_list_of_one_plans_the_same(tmp_path: Path) -> None:
+    one, same = planned(tmp_path / "a", f"target={RED}"), planned(tmp_path / "b", f"target=[{RED}]")
+    files = sorted(path.name for path in one.iterdir() if path.name != RECORD)
+    assert "plan.json" in files
+    for name in files:
+        assert (one / name).read_bytes() == (same / name).read_bytes(), name
+
+
+def test_tables_tell_of_each_and_of_the_first_and_the_last(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["fly", str(run), "--targets", "30", "--force"]) == 0
+    shown = capsys.readouterr().out
+    for words in ("30 flights", "sum of 2 detection times", "the first find", "blue", "all found"):
+        assert words in shown
+    with (run / "flights.csv").open() as file:
+        rows = [*csv.DictReader(file)]
+    assert len(rows) == 60
+    assert [(row["flight"], row["target"]) for row in rows[:3]] == [
+        ("0", "target 0"),
+        ("0", "blue"),
+        ("1", "target 0"),
+    ]
+
+
+def test_one_mission_says_who_is_found_when(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fly", str(run), "--targets", "1", "--force"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "target 0: found" in said or "target 0: not found" in said
+    assert "blue: found" in said or "blue: not found" in said
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["certify", "RUN"],
+        ["ask", "RUN"],
+        ["fly", "RUN", "--live", "news.jsonl"],
+        ["fly", "RUN", "--alarms", "1/600"],
+        ["fly", "RUN", "--route", "r0c0-r0c1", "--target-speed", "20", "--force"],
+        ["replan", "RUN", "--at", "1500", "--lost-at", "r2c2"],
+        ["compare", "RUN/run.json", "--beliefs"],
+        ["validate", "RUN/run.json", "--truths", "fcd.xml"],
+    ],
+)
+def test_what_takes_one_target_says_so(
+    run: Path, command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([part.replace("RUN", str(run)) for part in command]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "is for one target yet, and grid5x5 has 2; give each a scenario of its own" in line
+
+
+def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rest = ["--at", "1500", "--method", "rate", "--targets", "60"]
+    assert main(["replan", str(run), *rest, "--found", "blue", "-o", str(tmp_path / "a")]) == 0
+    assert "found: blue" in capsys.readouterr().out
+    content = json.loads((tmp_path / "a" / "plan.json").read_text())
+    assert "sought" not in content["planned"]
+    assert content["evaluated"]["expected_detection_time_s"] < 10_000
+    heard = json.loads((tmp_path / "a" / RECORD).read_text())["scenario"]["news"]["heard"]
+    assert {"kind": "found", "target": 1} in heard
+    again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "0"]
+    assert main([*again, "-o", str(tmp_path / "b")]) == 2
+    assert "every target is found" in capsys.readouterr().err
+    assert main(["replan", str(run), *rest, "--found", "green", "-o", str(tmp_path / "c")]) == 2
+    assert (
+        '--found: target: "green" is none of the targets; known: target 0, blue'
+        in capsys.readouterr().err
+    )
+
+
+def test_where_tells_of_each_target(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = [str(run / RECORD), "--at", "900", "--json", "-o", str(tmp_path / "where")]
+    assert main(["where", *place]) == 0
+    content = json.loads(capsys.readouterr().out)["targets"]
+    assert [one["target"] for one in content] == ["target 0", "blue"]
+    for one, present in zip(content, (1.0, 0.8), strict=True):
+        assert sum(road["probability"] for road in one["roads"]) == pytest.approx(present)
+        assert one["elsewhere_probability"] == pytest.approx(1.0 - present)
+    with (tmp_path / "where" / "where.csv").open() as file:
+        assert {row["target"] for row in csv.DictReader(file)} == {"target 0", "blue"}
+
+
+def test_the_page_tells_targets_apart(run: Path) -> None:
+    page = (run / "page.html").read_text()
+    assert "There are 2 targets: odds and times above are of one of them, on average." in page
+    for words in ("blue may be here", "All of them: found ", 'class="targets t1"', '"kind":"'):
+        assert words in page
