@@ -4,6 +4,7 @@ On the 5 x 5 grid, detects .9. Intervals are over reports, or over sequences of 
 """
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from benchmarks.figures import Figure
 from benchmarks.grid import SEED, fresh, opened_at
 from planner import Remembering, Standing, plan_of_legs, stream
 from planner.intervals import ratio_of_means
-from planner.mission.alarms import Alarms, Compared, compared, with_alarms
+from planner.mission.alarms import Alarms, Compared, by_chance, compared, with_alarms
 from planner.paper.in_flight import OLD_S, Flight, Heard, afresh, report_of, reported, with_no_news
 
 DETECTS = "sensor.detects=0.9"
@@ -85,12 +86,11 @@ def alarm_rows(u0_km: int, targets: int, sequences: int) -> Iterator[Figure]:
     route = plan_of_legs(flight.problem, "slowed", order)
     horizon_s = flight.problem.objective.horizon_s
     gaps = [ALARMS.gaps_s(horizon_s, stream(SEED, "alarms", k)) for k in range(sequences)]
-    found = compared(flight.mission(), flight.targets, gaps, ALARMS.lasts_s)
+    alarms = [partial(by_chance, one.tolist()) for one in gaps]
+    found = compared(flight.mission(), flight.targets, alarms, ALARMS.lasts_s)
     fixed_s = tuple(
-        flight.expected_s(
-            with_alarms(flight.mission(route), one.tolist(), ALARMS.lasts_s, anew=False)
-        )
-        for one in gaps
+        flight.expected_s(with_alarms(flight.mission(route), one(), ALARMS.lasts_s, anew=False))
+        for one in alarms
     )
     yield Figure("E, flown late", "s", (float(np.mean(found.late_s)),))
     yield Figure("E, planned anew", "s", (float(np.mean(found.anew_s)),))
