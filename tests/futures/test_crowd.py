@@ -36,7 +36,7 @@ def test_cars_that_look_like_the_target_make_flights_late(
 ) -> None:
     command = Commands(capsys)
     scenario = grid_scenario(tmp_path)
-    alike = ("--set", "sensor.lookalike=0.06", "--set", "sensor.check_s=20")
+    alike = ("--set", "sensor.lookalike=1", "--set", "sensor.check_s=20")
     changes = (
         "search.horizon_s=100",
         "search.work=200",
