@@ -11,7 +11,8 @@ from planner.cli.arguments import metres, path, share
 from planner.errors import InputError
 from planner.guard import parsed_json, read_text
 from planner.mission.debrief import Wanted, reading_of
-from planner.mission.news_words import Heard, Setting, heard, sentence
+from planner.mission.heard import Heard
+from planner.mission.news_words import Setting, heard, sentence
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.scenario.news import MOST_NEWS
