@@ -131,7 +131,9 @@ def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
     for part in ("", *parts):
         base = written
         for section in re.findall(r"^\[\[(\w+)\]\]", part, flags=re.MULTILINE):
-            table = rf"^\[{section}\].*\n(?:[^\[\n].*\n)*"  # which a list of them takes the place of
+            table = (
+                rf"^\[{section}\].*\n(?:[^\[\n].*\n)*"  # which a list of them takes the place of
+            )
             base = re.sub(table, "", base, flags=re.MULTILINE)
         (tmp_path / "scenario.toml").write_text(f"{base}\n{part}")
         assert read_draft(tmp_path).faults == ()
