@@ -31,6 +31,7 @@ from .futures.store import Recording as Recording
 from .futures.store import read_recording as read_recording
 from .mission.fly import MissionRecord as MissionRecord
 from .mission.fly import fly as fly
+from .mission.joined import Joined as Joined
 from .mission.online import Mission as Mission
 from .mission.online import Remembering as Remembering
 from .mission.opening import OpenScenario as OpenScenario
@@ -39,9 +40,10 @@ from .mission.plan_file import read_plan as read_plan
 from .mission.planning import make_plan as make_plan
 from .mission.planning import problem_of as problem_of
 from .mission.recorder import Recorder as Recorder
-from .mission.replan import Standing as Standing
 from .mission.replan import replanned as replanned
-from .mission.replan import resumed as resumed
+from .mission.resume import OfUav as OfUav
+from .mission.resume import Standing as Standing
+from .mission.resume import resumed as resumed
 from .network.georeference import grid_convergence_deg as grid_convergence_deg
 from .network.georeference import lonlat as lonlat
 from .network.georeference import xy_of_lonlat as xy_of_lonlat

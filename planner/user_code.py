@@ -1,6 +1,7 @@
 """A function in a Python file of the user's: which one it is, and its faults in one line each."""
 
 import hashlib
+import importlib.util
 import sys
 import traceback
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from planner.guard import read_text
 from planner.messages import suggestion
 
 FORM = "should be path.py:function"
+OR_MODULE = f"{FORM}, or module:function of a module in this folder or in Python's path"
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,24 @@ class UserFunction:
         if path.suffix != ".py" or not function.isidentifier():
             raise InputError(f"{text!r}: {FORM}")
         return cls(path.name, function, _sha256(read_text(path)), path)
+
+    @classmethod
+    def named(cls, text: str) -> "UserFunction":
+        """Return the one written as ``path.py:function``, or as ``module:function``.
+
+        A module lies in this folder or in Python's path.
+
+        Raises
+        ------
+        InputError
+            If there is no such file or module, or the function has no name that could be one.
+        """
+        place, _, function = text.rpartition(":")
+        if place.endswith(".py"):
+            return cls.of(text)
+        if not all(name.isidentifier() for name in (*place.split("."), function)):
+            raise InputError(f"{text!r}: {OR_MODULE}")
+        return cls.of(f"{_file_of(place)}:{function}")
 
     @property
     def name(self) -> str:
@@ -79,6 +99,10 @@ class UserFunction:
             raise InputError(f"{self.path}: {self.function}: {error}; write {asked}") from error
         return function  # type: ignore[no-any-return]
 
+    def forget(self) -> None:
+        """Have the file run anew when the function is loaded next: what it has kept is lost."""
+        sys.modules.pop(self._module_name, None)
+
     def said(self, error: BaseException) -> str:
         """Return an exception in one line, with the last line of the file on its way."""
         frames = traceback.extract_tb(error.__traceback__)
@@ -87,9 +111,13 @@ class UserFunction:
         text = " ".join(str(error).split()).rstrip(".")
         return f"{type(error).__name__}{': ' * bool(text)}{text}{where}"
 
+    @property
+    def _module_name(self) -> str:
+        return f"planner_user_{self.sha256[:16]}"
+
     def _module(self) -> ModuleType:
         """Return the file as a module, run once; files beside it can be imported from it."""
-        name = f"planner_user_{self.sha256[:16]}"
+        name = self._module_name
         if name in sys.modules:
             return sys.modules[name]
         text = read_text(self.path)
@@ -97,9 +125,7 @@ class UserFunction:
             raise InputError(f"{self.path}: has changed since it was asked for; start again")
         module = ModuleType(name)
         module.__file__ = str(self.path)
-        beside = str(self.path.parent.resolve())
-        if beside not in sys.path:
-            sys.path.append(beside)  # at the end, where it hides nothing
+        _look_in(self.path.parent)
         sys.modules[name] = module  # dataclasses look for the module that they stand in
         try:
             exec(compile(text, str(self.path), "exec"), module.__dict__)
@@ -112,6 +138,26 @@ class UserFunction:
             del sys.modules[name]
             raise InputError(f"{self.path}: cannot be loaded: {self.said(error)}") from error
         return module
+
+
+def _file_of(module: str) -> Path:
+    """Return the file of a module in this folder or in Python's path."""
+    _look_in(Path.cwd())
+    try:
+        found = importlib.util.find_spec(module)
+    except Exception as error:  # what the packages around it raise
+        said = " ".join(str(error).split()).rstrip(".")
+        raise InputError(f"{module}: {type(error).__name__}: {said}; {OR_MODULE}") from error
+    if found is None or found.origin is None or not Path(found.origin).is_file():
+        raise InputError(f"there is no module {module}; {OR_MODULE}")
+    return Path(found.origin)
+
+
+def _look_in(folder: Path) -> None:
+    """Have modules found in a folder too."""
+    place = str(folder.resolve())
+    if place not in sys.path:
+        sys.path.append(place)  # at the end, where it hides nothing
 
 
 def _is_of(thing: Any, module: ModuleType) -> bool:

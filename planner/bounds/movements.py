@@ -10,7 +10,9 @@ import numpy as np
 from planner.arrays import Floats
 from planner.bounds.hops import Hops, hops_of, passes_over
 from planner.bounds.kernels.meetings import Motion, Pieces
+from planner.detection.evaluate import evaluate_all
 from planner.detection.first_detection import first_detection
+from planner.detection.survival import Searched, survival
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.search.problem import Problem
@@ -23,7 +25,8 @@ class Place(NamedTuple):
 
     node: int
     time_s: float
-    reward: Floats  # (N,) of what is seen until there
+    reward: Floats  # (N,) of what is seen until there, to be expected
+    missed: Floats  # (N,) how probably each is unseen there; if nobody is missed, 1 or 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,19 @@ class Movements:
 
         Where the UAV takes off at a node there is only one: all other flights are hops.
         """
-        return tuple(_first_flights(self.problem))
+        return tuple(
+            Place(node, float(track.end_s), *_done_by(self.problem, track))
+            for node, track in _first_tracks(self.problem)
+        )
+
+    @cached_property
+    def first_sights(self) -> tuple[Floats, ...]:
+        """The rewards of what each of these sees first, as if it missed nothing, (N,) each."""
+        futures, radius_m = self.problem.futures, self.problem.sensor.radius_m
+        seen = (
+            first_detection(futures, track, radius_m) for _, track in _first_tracks(self.problem)
+        )
+        return tuple(self.problem.objective.reward(one) for one in seen)
 
     @cached_property
     def pieces(self) -> Pieces:
@@ -56,7 +71,7 @@ class Movements:
         return min(LONGEST_BIN_S, float(self.hops.duration_s.min()))
 
 
-def _first_flights(problem: Problem) -> Iterator[Place]:
+def _first_tracks(problem: Problem) -> Iterator[tuple[int, Track]]:
     uav, xy = problem.uav, problem.network.node_xy_m
     start_m = np.array([uav.x_m, uav.y_m])
     here = np.flatnonzero(np.all(xy == start_m, axis=1))[:1]
@@ -69,8 +84,21 @@ def _first_flights(problem: Problem) -> Iterator[Place]:
         track = Track(
             np.array([uav.take_off_s, at_s]), path[:, 0], path[:, 1], np.array(on).reshape(-1, 2)
         )
-        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        yield Place(int(node), at_s, problem.objective.reward(seen_at))
+        yield int(node), track
+
+
+def _done_by(problem: Problem, track: Track) -> tuple[Floats, Floats]:
+    """Return the reward of a flight with each particle, and how probably it is missed."""
+    searched = [Searched(track, problem.sensor)]
+    reward = evaluate_all(searched, problem.futures, problem.objective).reward
+    if problem.sensor.is_perfect:
+        return reward, unseen_after(reward)
+    return reward, survival(problem.futures, searched).at(track.end_s)
+
+
+def unseen_after(reward: Floats) -> Floats:
+    """Return 1 for each particle that a perfect sensor has not seen to any use, otherwise 0."""
+    return np.asarray(reward == 0.0, dtype=np.float64)
 
 
 def pieces_of(futures: Futures) -> Pieces:

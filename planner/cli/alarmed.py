@@ -29,7 +29,6 @@ from planner.mission.live import BEST
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
-from planner.mission.replan import refuse_fleet
 from planner.mission.run_folder import open_run, refuse_no_run
 from planner.mission.several import refuse_several
 from planner.streams import stream
@@ -51,7 +50,6 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --alarms")
-    refuse_fleet(stored.plan)
     seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
     among = _by_chance if arguments.alarms else _among_cars
     series = among(arguments, opened, seed)

@@ -32,14 +32,8 @@ def add_scenario(parser: argparse.ArgumentParser, *, optional: bool = False) -> 
         "-s", "--seed", type=seed, help="seed of all random draws (default: the scenario's)"
     )
     parser.add_argument("--preset", metavar="NAME", help="apply the scenario's [presets.NAME]")
-    parser.add_argument(
-        "--set",
-        metavar="KEY=VALUE",
-        action="append",
-        default=[],
-        help="override a scenario key, e.g. uav.start.distance_m=120000; repeatable",
-    )
-    _add_permit(parser)
+    add_settings(parser)
+    add_permit(parser)
     add_jobs(parser)
 
 
@@ -63,10 +57,21 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "directory", type=path, metavar="DIR", help="folder of a run that `plan` wrote"
     )
-    _add_permit(parser)
+    add_permit(parser)
 
 
-def _add_permit(parser: argparse.ArgumentParser) -> None:
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add keys of a scenario that are set."""
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="override a scenario key, e.g. uav.start.distance_m=120000; repeatable",
+    )
+
+
+def add_permit(parser: argparse.ArgumentParser) -> None:
     """Add what only a person, and no file, may say of a scenario's traffic."""
     parser.add_argument(
         "--allow",
@@ -80,7 +85,8 @@ def _add_permit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--control",
         metavar="MODULE:FUNCTION",
-        help="a function of yours that steers the traffic: called with libsumo before each step",
+        help="a function of yours (also FILE.py:FUNCTION) that steers the traffic: called with "
+        "libsumo before each step",
     )
 
 

@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import add_jobs, add_run, count, moment
+from planner.cli.arguments import add_jobs, add_run, count, moment, permit_of
 from planner.cli.printing import print_result
 from planner.errors import InputError
 from planner.messages import suggestion
@@ -51,14 +51,14 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.progress import progress_bar
     from planner.mission import ask, questions
     from planner.mission.online import Mission, Remembering
-    from planner.mission.replan import Standing
+    from planner.mission.resume import Standing
     from planner.mission.run_folder import open_run, refuse_no_run
     from planner.mission.several import refuse_several
     from planner.report import news_lines
     from planner.search.methods import method_named
 
     refuse_no_run(arguments.directory)
-    opened, stored = open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "ask")
     cameras = [_node(name, opened.network) for name in arguments.camera]
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, method_named("best"))
@@ -66,9 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
     going_on = mission.heard(Standing(at_s))
     believed = mission.recorder.now(going_on.opened).planning().futures
     targets = ask.fresh_now(mission, going_on, arguments.targets or stored.evaluated["targets"])
-    asked = questions.usual_questions(
-        believed, opened.network, max(at_s, questions.CLASS_S), cameras
-    )
+    asked_s = max(at_s, questions.BEGINS_S)
+    asked = questions.of_a_flight(questions.About(believed, opened.network, asked_s, cameras))
     with progress_bar("questions") as progress:
         found = ask.ask(mission.recorder, going_on, mission.method, asked, targets, progress)
     most_s = ask.most_s(going_on, targets)

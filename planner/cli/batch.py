@@ -8,12 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from planner.cli.arguments import permit_of
 from planner.cli.backends import cluster_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import LONG_S
 from planner.errors import InputError, OutputError
-from planner.experiments.condition import Condition
+from planner.experiments.condition import Condition, horizons_s
 from planner.experiments.dask_backend import by_dask
 from planner.experiments.duration import duration_of, known_times
 from planner.experiments.experiment import Experiment
@@ -51,7 +52,7 @@ def run_experiment(arguments: argparse.Namespace) -> int:
         "failed": sum(row["reason"] is not None for row in results.rows),
     }
     blocks = [
-        _table(results.rows, conditions[0], chosen.title),
+        _table(results.rows, conditions, chosen.title),
         *experiment_tables.failures(results.rows),
         f"{results.run} conditions run, {len(conditions) - results.run} were finished before",
         f"written to {out}",
@@ -62,7 +63,8 @@ def run_experiment(arguments: argparse.Namespace) -> int:
 
 def chosen_experiment(arguments: argparse.Namespace, name: str) -> Experiment:
     """Return the experiment of a name or file, reduced by --quick and --only."""
-    chosen = read_experiment(name, STUDIES).also_by(arguments.method)
+    read = read_experiment(name, STUDIES).permitted(permit_of(arguments))
+    chosen = read.also_by(arguments.method)
     return (chosen.quick() if arguments.quick else chosen).only(arguments.only)
 
 
@@ -158,11 +160,12 @@ def _backend(arguments: argparse.Namespace) -> Backend:
     return in_processes if cluster is None else partial(by_dask, cluster=cluster)
 
 
-def _table(rows: Sequence[Any], first: Condition, title: str) -> Any:
+def _table(rows: Sequence[Any], conditions: Sequence[Condition], title: str) -> Any:
+    first = conditions[0]
     if first.study:
         return experiment_tables.study_table(rows, title)
-    sets = ["targets"] if first.sets else []
-    return experiment_tables.results_table(rows, [*first.levels, *sets], title)
+    factors = [*first.levels, *(["targets"] if first.sets else [])]
+    return experiment_tables.results_table(rows, factors, title, horizons_s(conditions))
 
 
 def _claim(out: Path, chosen: Experiment, *, quick: bool) -> None:

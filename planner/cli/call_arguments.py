@@ -6,12 +6,13 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.cli.arguments import path
+from planner.cli.arguments import add_permit, add_settings, path
 from planner.errors import ScenarioError
 
 if TYPE_CHECKING:
     from datetime import datetime
 
+    from planner.futures.traffic import Permit
     from planner.mission.call import Call
     from planner.mission.opening import OpenScenario
 
@@ -78,6 +79,8 @@ def add_call(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--battery", metavar="25min", help="how long it can be in the air (default: the aircraft's)"
     )
+    add_settings(parser)
+    add_permit(parser)
 
 
 def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
@@ -102,6 +105,7 @@ def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
         ready=arguments.ready,
         until=arguments.until,
         battery=arguments.battery,
+        settings=tuple(arguments.set),
     )
     return understood(words, now)
 
@@ -121,20 +125,22 @@ def lines_of(call: "Call") -> list[str]:
     ]
 
 
-def write_call(call: "Call", file: Path, source: str) -> "OpenScenario":
+def write_call(call: "Call", file: Path, source: str, permit: "Permit") -> "OpenScenario":
     """Write the scenario of a call, and return it opened.
 
     Parameters
     ----------
     source
         What faults are reported of.
+    permit
+        As `permit_of` has it.
     """
     from planner.mission.call import as_said
     from planner.mission.opening import open_scenario
 
     file.write_text(call.text(), encoding="utf-8")
     try:
-        return open_scenario(file)
+        return open_scenario(file, permit=permit)
     except ScenarioError as error:
         raise ScenarioError(source, [as_said(fault, call) for fault in error.faults]) from error
 

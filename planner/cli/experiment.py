@@ -2,7 +2,7 @@
 
 import argparse
 
-from planner.cli.arguments import add_backend, add_methods, count, path
+from planner.cli.arguments import add_backend, add_methods, add_permit, count, path
 from planner.errors import InputError
 
 SUMMARY = "run all combinations of factors, methods and seeds"
@@ -44,6 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dry-run", action="store_true", help="list the conditions without running them"
     )
+    add_permit(parser)
     add_backend(parser, what="run them", needs="the scenario at the same place")
     parser.add_argument(
         "--only",

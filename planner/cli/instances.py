@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.cli.arguments import add_jobs, count, path
 from planner.cli.printing import print_result
-from planner.errors import InputError
+from planner.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from planner.detection.evaluation import Evaluation
@@ -49,7 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="results: the seed of the third set of futures, once it has been opened",
     )
     parser.add_argument("-o", "--output", type=path, metavar="FILE", help="results: write the page")
-    parser.add_argument("--force", action="store_true", help="overwrite DIR or FILE")
+    parser.add_argument("--force", action="store_true", help="overwrite FILE, or what is in DIR")
     add_jobs(parser)
 
 
@@ -71,6 +71,10 @@ def _export(arguments: argparse.Namespace) -> int:
     from planner.report.experiment_tables import exported_table
 
     folder, force, done = arguments.directory, arguments.force, []
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise OutputError(
+            f"{folder}: is not empty; choose a new folder, or --force to write beside what is there"
+        )
     with ExitStack() as rest:
         beside = new_files(rest, folder, portable.OF_ALL, force=force)
         for one in _chosen(arguments):

@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from planner.cli.arguments import permit_of
 from planner.cli.news_arguments import line_of, named, setting_of
 from planner.cli.printing import console
 from planner.clock import clock
@@ -21,7 +22,6 @@ from planner.mission.live import BEST, DECIDE_S, Live, Offer, ends
 from planner.mission.news_words import Heard, Setting, heard, time_of
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
-from planner.mission.replan import refuse_fleet
 from planner.mission.run_folder import open_run, refuse_no_run
 from planner.mission.several import refuse_several
 from planner.report import news_lines
@@ -33,9 +33,8 @@ NAME = "live.jsonl"  # in the run's folder
 def fly_live(arguments: argparse.Namespace) -> int:
     """Read news until the target is found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
-    opened, stored = open_run(arguments.directory)
+    opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --live")
-    refuse_fleet(stored.plan)
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     mission.warm_up()
@@ -137,15 +136,8 @@ class _Listener:
         return True
 
     def _write(self, offer: Offer) -> None:
-        (track,) = offer.plan.tracks
-        row = {
-            "from_s": offer.going_on.at_s,
-            "by": offer.found.attempt.method,
-            "took_s": round(offer.took_s, 3),
-            "waypoints": waypoints(track, offer.going_on.opened.network),
-            "sensor_on": track.sensor_on.tolist(),
-        }
-        text = json.dumps(row, allow_nan=False)
+        rows = [json.dumps(row, allow_nan=False) for row in _rows(offer)]
+        text = "\n".join(rows)
         with self._written.open("a", encoding="utf-8") as file:
             file.write(text + "\n")
         if self._json:
@@ -157,3 +149,18 @@ class _Listener:
         self._out.print(f"fly it? y within {DECIDE_S:g} s ", end="")
         ready, _, _ = select.select([sys.stdin], [], [], DECIDE_S)
         return bool(ready) and sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def _rows(offer: Offer) -> Iterator[dict[str, Any]]:
+    """Yield what is written of a plan that is taken: each flight, and whose it is."""
+    opened, plan = offer.going_on.opened, offer.plan
+    several = len(opened.scenario.uavs) > 1 or len(plan.tracks) > 1
+    for flight, track in zip(plan.flights, plan.tracks, strict=True):
+        yield {
+            "from_s": offer.going_on.at_s,
+            **({"uav": f"UAV {flight.uav + 1}", "flight": flight.number} if several else {}),
+            "by": offer.found.attempt.method,
+            "took_s": round(offer.took_s, 3),
+            "waypoints": waypoints(track, opened.network),
+            "sensor_on": track.sensor_on.tolist(),
+        }

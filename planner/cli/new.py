@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 from planner.cli import call_arguments
-from planner.cli.arguments import path
+from planner.cli.arguments import path, permit_of
 from planner.cli.printing import print_result
 
 SUMMARY = "write a call in words as a scenario file, and plan nothing"
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         file = output_file(stack, arguments)
         assert file is not None
-        call_arguments.write_call(call, file, arguments.net)
+        call_arguments.write_call(call, file, arguments.net, permit_of(arguments))
     written = [f"written to {arguments.output}", f"to plan it: planner plan {arguments.output}"]
     summary = {"understood": [*map(list, call.understood)], "file": str(arguments.output)}
     print_result(arguments, summary, [*call_arguments.lines_of(call), *written])

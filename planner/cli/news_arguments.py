@@ -48,6 +48,13 @@ def add_news(parser: argparse.ArgumentParser) -> None:
         help="with --searched: how probably one pass sees a target (default: 1)",
     )
     parser.add_argument(
+        "--found",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="which of several targets is found: its name, or its number from 0; repeatable",
+    )
+    parser.add_argument(
         "--same-source",
         action="store_true",
         help="the report is from who gave the last one, which it replaces",
@@ -63,7 +70,8 @@ def setting_of(opened: OpenScenario, stored: StoredPlan, at_s: float, folder: Pa
     """Return where and when news of a run is said."""
     reading = replace(reading_of(opened, stored, Wanted()), sensor_from_m=0.0)
     sighted_at = opened.scenario.target.sighted_at
-    return Setting(opened.network, sighted_at, at_s, folder, reading=reading)
+    names = opened.scenario.target_names
+    return Setting(opened.network, sighted_at, at_s, folder, names, reading)
 
 
 def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
@@ -78,6 +86,10 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
     for text in arguments.report:
         with named("--report"):
             found = found.then(heard(sentence(text), setting))
+    for name in arguments.found:
+        with named("--found"):
+            target = int(name) if name.isdecimal() else name
+            found = found.then(heard({"kind": "found", "target": target}, setting))
     if arguments.news is not None:
         for one in news_of_file(arguments.news, setting):
             found = found.then(one)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.cli import call_arguments
-from planner.cli.arguments import add_jobs, path
+from planner.cli.arguments import add_jobs, path, permit_of
 from planner.cli.printing import console, print_json
 from planner.cli.progress import progress_lines
 from planner.interrupts import first_interrupt_asks, undone_if_stopped
@@ -72,13 +72,13 @@ def run(arguments: argparse.Namespace) -> int:
     call = call_arguments.call_of(arguments, datetime.now().astimezone())
     if arguments.output is None:
         arguments.output = Path("runs", f"call-{call.called_at:%Y%m%d-%H%M%S}")
-    folder, names = arguments.output, (*RUN, FILE)
+    folder, names, permit = arguments.output, (*RUN, FILE), permit_of(arguments)
     with ExitStack() as stack:
         stack.enter_context(alone_in(folder))
         stack.callback(_settle, folder)
         earlier = (*names, *names_in_run(folder))
         with results_written_whole(folder, earlier, force=arguments.force) as new:
-            call_arguments.write_call(call, new / FILE, arguments.net)
+            call_arguments.write_call(call, new / FILE, arguments.net, permit)
         listeners: list[Callable[[Event], None]] = [
             _Files(arguments, names),
             _teller(call, arguments),
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
             return (datetime.now().astimezone() - call.called_at).total_seconds()
 
         progress = _progress_told if arguments.events else progress_lines
-        how = How(elapsed_s, ask, arguments.jobs, progress)
+        how = How(elapsed_s, ask, arguments.jobs, progress, permit)
         for event in events(call, folder / FILE, how):
             if isinstance(event, FirstPlan):
                 ask.listen()

@@ -254,7 +254,7 @@ def _evaluated(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
-        prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
+        prospects=prospects(fresh.futures, problem.flying, problem.sensor, problem.objective),
         fresh=targets.are,
         timing=mistimed(attempt.plan.tracks, *judged) if is_real else (),
     )
@@ -277,7 +277,7 @@ def _planned(
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
-                certify.refuse_fleet(plan)
+                certify.refuse_sorties(plan)
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
                     jobs = arguments.jobs
                     bounding = Bounding(interrupted, arguments.gap, limit_s, workers=jobs)

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.arguments import add_jobs, add_run, count, path, span
+from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
@@ -16,21 +16,24 @@ if TYPE_CHECKING:
     from planner.mission.news_words import Heard
     from planner.mission.opening import OpenScenario
     from planner.mission.plan_file import StoredPlan
-    from planner.mission.replan import Replanned, Resumed
+    from planner.mission.replan import Replanned
+    from planner.mission.resume import Resumed
     from planner.report.tables import MethodRow
 
 SUMMARY = "plan the rest of a flight anew with what has come in"
 DETAILS = """\
-The UAV flies on from where its plan has it at TIME, or from where you say it is.
-What it has flown without finding the target counts, and so does the news. The
-plan there was goes on unless a new one is better on the same particles. PLACE is
-a street, a crossing, coordinates or a node, as `planner now` takes it. Writes a
-new run, which names the one it is the rest of."""
+UAVs fly on from where their plan has them at TIME, or from where you say they
+are. What they have flown without finding the target counts, and so does the
+news. The plan there was goes on unless a new one is better on the same particles.
+PLACE is a street, a crossing, coordinates or a node, as `planner now` takes it.
+Writes a new run, which names the one it is the rest of. UAVs keep their numbers;
+one that is lost flies no more."""
 EXAMPLES = (
     ('replan runs/town --at 540 --report "seen at Am Studio at -2min, 70 %"', ""),
     ("replan runs/town --at 540 --searched other.gpx --radius-m 200", ""),
     ("replan runs/town --at 540 --delay 120", "an alarm was checked"),
     ("replan runs/town --at 900 --lost-at 52.43,13.53", "found, and lost"),
+    ("replan runs/two --at 540 --uav-lost 2", "all others go on"),
 )
 
 
@@ -54,6 +57,23 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--battery", metavar="9min", help="for how long it can be in the air from now on"
+    )
+    parser.add_argument(
+        "--uav", metavar="N", help="whose these three are, 1 for UAV 1 (default: the only one's)"
+    )
+    parser.add_argument(
+        "--uav-lost",
+        action="append",
+        default=[],
+        metavar="N",
+        help="that UAV N flies no more; repeatable",
+    )
+    parser.add_argument(
+        "--joined",
+        action="append",
+        default=[],
+        metavar="PLACE",
+        help="that one more UAV, like UAV 1, takes off from there now; repeatable (more by --news)",
     )
     parser.add_argument("--lost-at", metavar="PLACE", help="where a found target was lost again")
     parser.add_argument(
@@ -90,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     method = method_named(arguments.method)
     run_folder.refuse_no_run(arguments.directory)
     _refuse_own_futures(arguments.directory)
-    opened, stored = run_folder.open_run(arguments.directory)
+    opened, stored = run_folder.open_run(arguments.directory, permit_of(arguments))
     at_s, heard = _heard(arguments, opened, stored)
     if arguments.output is None:
         whole = arguments.directory.resolve()
@@ -158,13 +178,26 @@ def _heard(
     at_s = time_of("--at", arguments.at, setting)
     setting = setting._replace(now_s=at_s)
     found = heard_of(arguments, setting)
+    for line in _lines(arguments):
+        found = found.then(heard(line, setting))
+    return at_s, found
+
+
+def _lines(arguments: argparse.Namespace) -> "Iterator[dict[str, Any]]":
+    """Yield what options say of UAVs, as lines of news."""
+    whose = {} if arguments.uav is None else {"uav": arguments.uav}
     said: dict[str, Any] = {"place": arguments.uav_at, "battery": arguments.battery}
     said = {key: value for key, value in said.items() if value is not None}
+    if whose and not said and arguments.delay is None:
+        raise InputError("--uav: goes with --delay, --uav-at or --battery; give one of them")
     if said:
-        found = found.then(heard({"kind": "uav", **said}, setting))
+        yield {"kind": "uav", **said, **whose}
     if arguments.delay is not None:
-        found = found.then(heard({"kind": "delay", "lasts": arguments.delay}, setting))
-    return at_s, found
+        yield {"kind": "delay", "lasts": arguments.delay, **whose}
+    for number in arguments.uav_lost:
+        yield {"kind": "lost", "uav": number}
+    for place in arguments.joined:
+        yield {"kind": "joined", "place": place}
 
 
 def _resumed(
@@ -177,16 +210,19 @@ def _resumed(
     """Return the mission from now on."""
     from planner.cli.session import planning_recorded
     from planner.mission import follow
-    from planner.mission.replan import refuse_unlikely_reports, resumed, with_news, without_news
+    from planner.mission.replan import refuse_unlikely_reports, with_news, without_news
+    from planner.mission.resume import refuse_long_delay, resumed
     from planner.network.place_words import where
 
     standing = heard.standing_at(at_s)
+    refuse_long_delay(opened, stored.plan, standing)
     if arguments.lost_at is not None:
         if heard.news:
             raise InputError("--lost-at: is where it was seen last; leave all other news out")
         place = where(arguments.lost_at, opened.network)
         gap_s = follow.GAP_S if arguments.gap is None else arguments.gap
-        return follow.lost(arguments.directory, opened, place, standing, gap_s)
+        permit = permit_of(arguments)
+        return follow.lost(arguments.directory, opened, place, standing, gap_s, permit)
     if arguments.gap is not None:
         raise InputError("--gap: goes with --lost-at; give both, or leave it out")
     known = with_news(opened.news, heard.news, same_source=heard.same_source)

@@ -6,7 +6,7 @@ import signal
 from contextlib import closing
 from pathlib import Path
 
-from planner.cli.arguments import add_jobs, count, path
+from planner.cli.arguments import add_jobs, add_permit, add_settings, count, path
 from planner.cli.printing import console, print_json
 
 SUMMARY = "serve the page as an instrument: tap the map, plan, take the files"
@@ -68,6 +68,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="as `planner now` takes it, for all calls (default: multicopter)",
     )
+    add_settings(parser)
+    add_permit(parser)
     add_jobs(parser)
 
 
@@ -84,9 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
     tables, network = net_of(arguments.net)
     airspace = airspace_over(arguments.net, tables, network)
     blank = page_of_net(network, f"Plan a search: {Path(arguments.net).name}", airspace)
-    options = [] if arguments.aircraft is None else [f"--aircraft={arguments.aircraft}"]
-    options += [] if arguments.jobs is None else [f"--jobs={arguments.jobs}"]
-    desk = Desk(arguments.net, arguments.output, options)
+    desk = Desk(arguments.net, arguments.output, options_of(arguments))
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background of a script
         # Programs that are started inherit what is ignored, and could not be asked to stop.
         signal.signal(signal.SIGINT, lambda *_: None)
@@ -113,6 +113,16 @@ def run(arguments: argparse.Namespace) -> int:
             out.print("Ctrl-C ends it")
         server.serve_forever()
     return 0
+
+
+def options_of(arguments: argparse.Namespace) -> list[str]:
+    """Return the options of `planner now` for all calls."""
+    once = {"aircraft": arguments.aircraft, "jobs": arguments.jobs, "control": arguments.control}
+    again = {"set": arguments.set, "allow": arguments.allow}
+    return [
+        *(f"--{name}={value}" for name, value in once.items() if value is not None),
+        *(f"--{name}={value}" for name, values in again.items() for value in values),
+    ]
 
 
 def _address(text: str) -> str:

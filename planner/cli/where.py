@@ -2,13 +2,18 @@
 
 import argparse
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner.cli.arguments import add_scenario, moment, path
 from planner.cli.printing import print_result
 from planner.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.futures.futures import Futures
+    from planner.futures.state_at import RoadState, State
     from planner.futures.store import Recording
     from planner.mission.opening import OpenScenario
 
@@ -47,22 +52,51 @@ def run(arguments: argparse.Namespace) -> int:
         folder = output_folder(stack, arguments, where.FILES)
         opened = opened_scenario(arguments)
         _check_time(arguments.at, opened.scenario.search.horizon_s)
-        recording = _recorded(arguments, opened)
-        state = state_at(recording.futures, opened.network, arguments.at)
-        roads = by_road(state, opened.network)
+        futures, network = _recorded(arguments, opened).futures, opened.network
+        found = [
+            _Whereabouts(name, state, by_road(state, network))
+            for name, rows in _each(opened, futures)
+            for state in [state_at(rows, network, arguments.at)]
+        ]
         if folder is not None:
-            where.write_where(folder, opened, state, roads)
-    elsewhere = state.elsewhere_probability
-    about = (roads, opened.network)
-    when = {"time_s": arguments.at, "elsewhere_probability": elsewhere}
-    most = len(roads) if arguments.all else where.MOST_ROWS
-    blocks: list[Any] = [where.where_table(*about, **when, most=most)]
-    if len(roads) > most:
-        blocks.append(f"--all lists all {len(roads):,} roads")
+            roads = [replace(road, target=name) for name, _, each in found for road in each]
+            every = state_at(futures, network, arguments.at)
+            every = replace(every, weight=every.weight / len(found))  # of any one, on average
+            where.write_where(folder, opened, every, roads)
+    contents, blocks = [], list[Any]()
+    for name, state, each in found:
+        when = {"time_s": arguments.at, "elsewhere_probability": state.elsewhere_probability}
+        most = len(each) if arguments.all else where.MOST_ROWS
+        called = name or "the target"
+        blocks.append(where.where_table(each, network, **when, most=most, called=called))
+        if len(each) > most:
+            blocks.append(f"--all lists all {len(each):,} roads")
+        named = {"target": name} if name else {}
+        contents.append(named | where.where_content(each, network, **when))
     if arguments.output:
         blocks.append(f"written to {arguments.output}")
-    print_result(arguments, where.where_content(*about, **when), blocks)
+    whole = contents[0] if len(contents) == 1 else {"targets": contents}
+    print_result(arguments, whole, blocks)
     return 0
+
+
+class _Whereabouts(NamedTuple):
+    """Where one of the targets may be."""
+
+    name: str  # "" if it is the only one
+    state: "State"
+    roads: "list[RoadState]"
+
+
+def _each(opened: "OpenScenario", futures: "Futures") -> "Iterator[tuple[str, Futures]]":
+    """Yield the particles of each target that is still searched for, by its name."""
+    names = opened.scenario.target_names
+    if len(names) == 1:
+        yield "", futures
+        return
+    for number, name in enumerate(names):
+        if (rows := futures.target == number).any():
+            yield name, futures.take(rows)
 
 
 def _recorded(arguments: argparse.Namespace, opened: "OpenScenario") -> "Recording":

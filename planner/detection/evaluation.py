@@ -70,6 +70,13 @@ class Evaluation(Frozen):
             None if self.target is None else self.target[which],
         )
 
+    @property
+    def rows_of_each(self) -> list[Flags]:
+        """Which rows are of each target, (N,) flags for each of whom any row has weight."""
+        if self.target is None:
+            return [np.ones(len(self.weight), dtype=bool)]
+        return [self.target == number for number in self.each]
+
     @cached_property
     def each(self) -> Mapping[int, "Evaluation"]:
         """What it achieves with each target alone, by number; none of whom no row has weight."""

@@ -1,5 +1,6 @@
 """How far one search is ahead of another on the same targets, with a paired interval."""
 
+import math
 from typing import NamedTuple
 
 from planner.detection.evaluation import Evaluation
@@ -31,5 +32,6 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
     else:
         share = one.found_by_probability(by_s) - other.found_by_probability(by_s)
         apart = one.reward - other.reward
-    half = half_width(apart, one.weight)
+    # Targets are drawn each for itself, so that squares of their widths add up.
+    half = math.hypot(*(half_width(apart[rows], one.weight[rows]) for rows in one.rows_of_each))
     return Ahead(share, share - half, share + half)

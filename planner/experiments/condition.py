@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,6 +12,8 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.experiments.target_set import TargetSet
+from planner.futures.steering import control_of
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.sample_sizes import FRESH_TARGETS
 from planner.mission.several import refuse_several
@@ -39,6 +42,7 @@ class Condition:
     place: Path = field(default=Path(), compare=False)
     levels: Mapping[str, Any] = field(default_factory=dict, compare=False)  # of the factors
     metrics: tuple[str, ...] = field(default=(), compare=False)  # the table's figures; all if empty
+    permit: Permit = field(default=NO_PERMIT, compare=False)  # what its traffic may be
 
     @cached_property
     def id(self) -> str:
@@ -63,12 +67,15 @@ class Condition:
     def opened(self, more: Sequence[str] = ()) -> OpenScenario:
         """Return the scenario of the condition, open, with more overrides applied after its own."""
         overrides = (*self.settings, *more)
-        opened = open_scenario(self.place, preset=self.preset, overrides=overrides)
+        opened = open_scenario(
+            self.place, preset=self.preset, overrides=overrides, permit=self.permit
+        )
         refuse_several(opened, "an experiment")
         return opened
 
     def as_dict(self) -> dict[str, Any]:
         """Return what makes the condition, as plain values."""
+        steers = self.permit.control
         return {
             "scenario": self.scenario,
             "preset": self.preset,
@@ -79,7 +86,23 @@ class Condition:
             **({"sets": [one.as_dict() for one in self.sets]} if self.sets else {}),
             **({"study": self.study} if self.study else {}),
             **({} if self.own is None else {"planner": self.own.as_dict()}),
+            **({} if steers is None else {"control": control_of(steers).as_dict()}),
         }
+
+
+def horizons_s(conditions: Iterable[Condition]) -> dict[str, float]:
+    """Return when the search of each condition is given up, seconds, by the condition's id."""
+    found: dict[str, float] = {}
+    known: dict[tuple[Any, ...], float] = {}
+    for one in conditions:
+        # Seeds are most of what conditions differ in.
+        where = (one.place, one.preset, one.overrides)
+        if where not in known:
+            place, preset, overrides = where
+            search = read_draft(place, preset=preset, overrides=overrides).search
+            known[where] = math.inf if search is None else search.horizon_s
+        found[one.id] = known[where]
+    return found
 
 
 def credit_of(conditions: Iterable[Condition]) -> dict[str, str]:

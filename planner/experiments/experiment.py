@@ -10,6 +10,7 @@ from typing import Any
 from planner.errors import InputError
 from planner.experiments.condition import Condition
 from planner.experiments.target_set import TargetSet
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.messages import as_written, suggestion
 from planner.scenario.draft import read_draft
 from planner.scenario.toml_text import toml_text
@@ -38,6 +39,7 @@ class Experiment:
     sets: tuple[TargetSet, ...] = ()  # of enumerated targets
     study: str = ""  # what is done in place of making a plan
     metrics: tuple[str, ...] = ()  # names of the figures that the table holds; all if empty
+    permit: Permit = NO_PERMIT  # what the traffic of all conditions may be
     block: str = ""  # its name, if the file has several
     more: tuple["Experiment", ...] = ()  # the file's other blocks
 
@@ -59,6 +61,10 @@ class Experiment:
             fixed=(*self.fixed, *QUICK),
             sets=tuple(replace(one, points=min(one.points, QUICK_POINTS)) for one in self.sets),
         )
+
+    def permitted(self, permit: Permit) -> "Experiment":
+        """Return it with what its conditions' traffic may be."""
+        return _together([replace(part, permit=permit) for part in self.parts])
 
     def also_by(self, names: Sequence[str]) -> "Experiment":
         """Return it with more methods that plan for each condition, beside those it has.
@@ -159,6 +165,7 @@ class Experiment:
                     place=self.place,
                     levels=every,
                     metrics=self.metrics,
+                    permit=self.permit,
                 )
 
     def _methods(self) -> dict[str, Method]:

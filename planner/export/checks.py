@@ -1,7 +1,6 @@
 """What speaks against flying a flight as it is written, one line for each thing."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from math import hypot, inf
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from planner.clock import clock
 from planner.errors import InputError
 from planner.export.from_run import RunFlight
-from planner.flight.separation import BESIDE_M, MISTIMED, too_near_s
+from planner.flight.separation import BESIDE_M, MISTIMED, meetings
 from planner.flight.turning import tight_corners
 from planner.messages import counted, percent
 from planner.mission.aircraft import not_kept
@@ -52,17 +51,18 @@ def faults(run: RunFlight, *, most_waypoints: int | None) -> Iterator[str]:
 
 def too_near(runs: Sequence[RunFlight], names: Sequence[str]) -> Iterator[str]:
     """Yield which flights of different UAVs may come too near each other, and when first."""
-    for one, other in combinations(range(len(runs)), 2):
-        if runs[one].sortie.uav == runs[other].sortie.uav:
-            continue
-        near_s = too_near_s(runs[one].course, runs[other].course)
-        if near_s is not None:
-            yield (
-                f"{names[one]} and {names[other]} may be nearer than {APART_M:g} m in height and "
-                f"{BESIDE_M:g} m beside each other from {clock(near_s)} on, if times are off by "
-                f"{percent(MISTIMED, 0)}; start and land {BESIDE_M:g} m apart, or take off later "
-                "(uav.take_off_s)"
-            )
+    courses, whose = [run.course for run in runs], [run.sortie.uav for run in runs]
+    for one, other, near_s in meetings(courses, whose):
+        yield nearness(names[one], names[other], near_s)
+
+
+def nearness(one: str, other: str, near_s: float) -> str:
+    """Return what is said of two flights that may come too near each other from a time on."""
+    return (
+        f"{one} and {other} may be nearer than {APART_M:g} m in height and {BESIDE_M:g} m beside "
+        f"each other from {clock(near_s)} on, if times are off by {percent(MISTIMED, 0)}; start "
+        f"and land {BESIDE_M:g} m apart, or take off later (uav.take_off_s)"
+    )
 
 
 def _pieces(run: RunFlight) -> Iterator[str]:

@@ -175,7 +175,8 @@ class _Setting:
     up_s: float  # when it is at its height
     airspace: Airspace | None
     called: str  # what is flown
-    whose: int  # the UAV's number, from 0
+    uav: UavSection  # as its flight begins
+    start_m: Point  # where it takes off
 
     @classmethod
     def of(
@@ -188,7 +189,7 @@ class _Setting:
         network, plan = placed(opened.network, origin), stored.plan
         (whose, _), planned_for = plan.flights[0], opened.scenario.uavs
         several = len(planned_for) > 1 or planned_for[0].sorties is not None
-        uav = uav or planned_for[whose]
+        uav = _as_begun(uav or planned_for[whose], plan.flights[0])
         aircraft, home_m = _real(uav), opened.landings_m[whose]
         airspace = opened.airspaces[whose]
         title = opened.scenario.title or opened.scenario.path.parent.name
@@ -201,7 +202,8 @@ class _Setting:
             plan.take_off_s + aircraft.law.climb_s,
             within_link(airspace, link_of(uav, network)),
             f"{title}: {plan.names[0]}" if several else title,
-            whose,
+            uav,
+            opened.starts_m[whose],
         )
 
     @property
@@ -221,9 +223,9 @@ class _Setting:
 
     def launch(self, opened: OpenScenario) -> Waypoint | None:
         """Return where it took off, if it flies already."""
-        if opened.scenario.uavs[self.whose].in_air is None:
+        if self.uav.in_air is None:
             return None
-        took_off = Way(np.array([opened.starts_m[self.whose]]), np.zeros(1), ())
+        took_off = Way(np.array([self.start_m]), np.zeros(1), ())
         return waypoints_of(took_off, np.array([opened.scenario.take_off_s]), self.network)[0]
 
     def flight(self, opened: OpenScenario, way: Way, arrives_s: Floats, track: Track) -> RunFlight:
@@ -283,11 +285,16 @@ def _real(uav: UavSection) -> Aircraft:
     return aircraft
 
 
+def _as_begun(uav: UavSection, flight: Sortie) -> UavSection:
+    """Return a UAV as one of its flights begins: in the air at most in its first one."""
+    return uav.model_copy(update={"in_air": None}) if flight.number else uav
+
+
 def _planned(opened: OpenScenario, stored: StoredPlan) -> Line:
     if len(stored.plan.tracks) != 1:
         raise InputError("plan.json: holds several flights, which are written one by one")
-    whose = stored.plan.flights[0].uav
-    uav = opened.scenario.uavs[whose]
+    flight = stored.plan.flights[0]
+    whose, uav = flight.uav, _as_begun(opened.scenario.uavs[flight.uav], flight)
     made_for = aircraft_of(uav)
     law = FlightLaw(uav.speed_mps) if made_for is None else made_for.law
     flies = uav.in_air is not None

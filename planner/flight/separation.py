@@ -5,12 +5,14 @@ take-off, so that a UAV may be wherever it is planned to be within that share of
 descent and the way home count as all else does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from planner.arrays import Flags, Floats, Frozen, freeze
+from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.scenario.fleet import APART_M
@@ -96,6 +98,29 @@ def too_near_s(one: Course, other: Course) -> float | None:
     if not near.any():
         return None
     return float(np.maximum(one.from_s[a[near]], other.from_s[b[near]]).min())
+
+
+def meetings(courses: Sequence[Course], whose: Sequence[int]) -> Iterator[tuple[int, int, float]]:
+    """Yield which two flights of different UAVs may come too near each other, and when first.
+
+    Parameters
+    ----------
+    whose
+        Which UAV's each flight is.
+    """
+    for one, other in combinations(range(len(courses)), 2):
+        if whose[one] == whose[other]:
+            continue
+        near_s = too_near_s(courses[one], courses[other])
+        if near_s is not None:
+            yield one, other, near_s
+
+
+def meetings_of(plan: Plan, uavs: Sequence[Uav]) -> Iterator[tuple[int, int, float]]:
+    """Return the same of a plan; ``uavs`` are all of its fleet, each as its first flight begins."""
+    flights = zip(plan.tracks, plan.flights, strict=True)
+    courses = [course_of(track, uavs[one.uav].of_flight(one.number)) for track, one in flights]
+    return meetings(courses, [one.uav for one in plan.flights])
 
 
 def delay_s(course: Course, others: Sequence[Course]) -> float:

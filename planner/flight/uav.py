@@ -25,9 +25,11 @@ class Uav:
     link_m: float = np.inf  # how far from its start its radio reaches; the airspace keeps it there
     # What its plans are timed by in the end; None: it is the paper's, at full speed at once
     aircraft: Aircraft | None = None
-    sorties: int = 1  # how often it may fly, each time as long
+    sorties: int = 1  # how often it may fly, each time as long; 0: it flies no more
     swap_s: float = 0.0  # how long it stands on the ground in between
     in_air: bool = False  # whether it flies already when its flight begins
+    # as it takes off for its next flights, where that is another way; None: as for the first
+    again: "Uav | None" = None
 
     def __post_init__(self) -> None:
         names = ("x_m", "y_m", "take_off_s", "altitude_m")
@@ -35,7 +37,7 @@ class Uav:
         found["speed_mps"] = number("speed_mps", self.speed_mps, above=0.0)
         longest_s = number("max_flight_time_s", self.max_flight_time_s, least=0.0, ends=False)
         found["max_flight_time_s"] = longest_s
-        found["sorties"] = whole("sorties", self.sorties, least=1)
+        found["sorties"] = whole("sorties", self.sorties, least=0)
         found["swap_s"] = number("swap_s", self.swap_s, least=0.0)
         found["link_m"] = number("link_m", self.link_m, above=0.0, ends=False)
         if self.return_to_m is not None:
@@ -43,6 +45,10 @@ class Uav:
                 raise InputError("return_to_m: should be x and y in metres, or None")
             found["return_to_m"] = tuple(number("return_to_m", one) for one in self.return_to_m)
         set_fields(self, found)
+
+    def of_flight(self, number: int) -> "Uav":
+        """Return the UAV as it begins one of its flights, from 0."""
+        return self if number == 0 or self.again is None else self.again
 
     @property
     def landing_s(self) -> float:

@@ -54,6 +54,7 @@ class RoadState:
     distance_m: tuple[float, ...]  # along the road from its start; NaN where that is unknown
     speed_mps: tuple[float, ...]
     xy_m: tuple[float, float]  # the place that has the median distance
+    target: str = ""  # which of several targets it is of; empty: there is one
 
 
 def state_at(futures: Futures, network: RoadNetwork, time_s: float) -> State:

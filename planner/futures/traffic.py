@@ -13,6 +13,7 @@ from planner.futures.demand import Demand, demand_routes
 from planner.futures.simulation import plain_link
 from planner.futures.traffic_files import InputFiles
 from planner.network.sumo import sumo_environment
+from planner.user_code import UserFunction
 
 LARGEST_SEED = 2**31 - 1  # that SUMO takes
 # What is SUMO's own doing in all scenarios. Route files are read to their end at the start: forks
@@ -32,7 +33,7 @@ class Permit(NamedTuple):
     """What a person says at the command line of a scenario's traffic, and no file may say."""
 
     folders: tuple[Path, ...] = ()  # where its files may lie, beside the scenario's own folder
-    control: str | None = None  # the function that steers it, as module:function
+    control: str | None = None  # the function that steers it, as `UserFunction.named` takes it
 
 
 NO_PERMIT = Permit()
@@ -56,7 +57,7 @@ class Traffic:
     weights: tuple[Path, ...] = ()
     demand: Demand | None = None  # in place of routes
     allowed: tuple[Path, ...] = ()  # folders below which files lie
-    control: str | None = None  # module:function that steers it
+    control: UserFunction | None = None  # that steers it
     files: tuple[tuple[Path, str], ...] = ()  # all that are read, each with its SHA-256
     left_out: tuple[str, ...] = ()  # of its configuration and files, what SUMO is not told
 
@@ -71,7 +72,7 @@ class Traffic:
             sorted(self.options),
             (len(self.routes), len(self.additional), len(self.weights)),
             self.demand,
-            self.control,
+            self.control and self.control.name,
             tuple(sha256 for _, sha256 in self.files),
         )
         return hashlib.sha256(repr(said).encode()).hexdigest()

@@ -24,7 +24,7 @@ from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
 from planner.mission.planning import problem_of
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.progress import Progress, silent
 
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
@@ -145,6 +145,8 @@ def compared(
     sequences
         What makes the alarms of a flight, twice the same.
     """
+    if len(mission.opened.scenario.uavs) > 1:
+        raise InputError("--alarms: are those of one UAV, and the plan is for several")
     late, anew = list[Evaluation](), list[Evaluation]()
     for done, alarms in enumerate(sequences):
         on_progress(done, len(sequences))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Floats
-from planner.detection.chase import chased_alone
+from planner.detection.chase import chased_by_any
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.flight.track import Track
@@ -23,7 +23,8 @@ from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import budget_of, holdout_for, problem_of
 from planner.mission.questions import Question
-from planner.mission.replan import Resumed, replanned
+from planner.mission.replan import replanned
+from planner.mission.resume import Resumed
 from planner.progress import Progress, silent
 from planner.search.methods import Method
 
@@ -94,7 +95,7 @@ def ask(
 def most_s(going_on: Resumed, targets: Futures) -> float:
     """Return the seconds that no answer can save more of: with them each target is chased alone."""
     problem = problem_of(going_on.opened, NO_TARGETS)
-    chased_s = chased_alone(targets, problem.uav, problem.sensor)
+    chased_s = chased_by_any(targets, problem.flying, problem.sensor)
     best = Evaluation(chased_s, targets.weight, targets.end_s, problem.objective)
     flown = _times(going_on.opened, going_on.incumbent.tracks, targets)
     return float(targets.weight @ flown) - float(targets.weight @ best.time_s)

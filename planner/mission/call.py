@@ -18,6 +18,7 @@ from planner.clock import rough, span, to_minute, to_second, when
 from planner.errors import Fault, InputError, ScenarioError
 from planner.messages import as_written, plain, suggestion
 from planner.mission.call_net import at_home, net_of
+from planner.mission.call_settings import OPTION, key_of, settled
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
 from planner.network.place_words import Where, heading, on_road, told, where
 from planner.network.road_network import RoadNetwork
@@ -50,6 +51,11 @@ OPTIONS = {
     "target": "--target",
     "uav": "--aircraft",
 }
+SAID = {
+    **{key: option for key, option in OPTIONS.items() if "." in key},
+    "target.sighted_at": "--at",
+    "network": "NET",
+}  # which no other word may say
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,7 @@ class Words:
     ready: str | None = None
     until: str | None = None
     battery: str | None = None
+    settings: tuple[str, ...] = ()  # keys of the scenario, each KEY=VALUE
 
 
 @dataclass(frozen=True)
@@ -104,6 +111,9 @@ class Call:
 
     def _said_of(self, key: str) -> Iterator[str]:
         """Yield a comment with the words that a key comes from, if it does."""
+        for setting in self.words.settings:
+            if f"{key_of(setting)}.".startswith(f"{key}."):
+                yield plain(f"# {OPTION} {' '.join(setting.split())}")
         option = OPTIONS.get(key, "")
         said = getattr(self.words, option[2:].replace("-", "_"), None)
         if isinstance(said, tuple):
@@ -132,7 +142,10 @@ def understood(words: Words, now: datetime) -> Call:
     call = heard.call(tables)
     if heard.faults or call is None:
         raise ScenarioError(words.net, heard.faults)
-    return call
+    found = settled(call.tables, words.settings, SAID, tables.get("traffic"))
+    if found.faults:
+        raise ScenarioError(words.net, found.faults)
+    return replace(call, tables=found.tables, understood=(*call.understood, *found.said))
 
 
 def as_said(fault: Fault, call: Call) -> Fault:
@@ -140,6 +153,8 @@ def as_said(fault: Fault, call: Call) -> Fault:
 
     The key stays beside it where the word named a file, which has keys.
     """
+    if any(fault.is_about(key_of(setting)) for setting in call.words.settings):
+        return replace(fault, key=f"{OPTION} {fault.key}")
     option = next((word for key, word in OPTIONS.items() if fault.is_about(key)), None)
     files = {"--target": call.tables["target"]["profile"], "--aircraft": call.words.aircraft}
     if option is None:

@@ -13,8 +13,11 @@ from planner.scenario.profiles import written_out
 from planner.scenario.sections import OF_SUMO, NetworkSection
 from planner.scenario.source import Tables, read_source
 
-OF_NET = ("network", "airspace", "sensor")  # sections that a call takes from a scenario
-PATHS = ("nodes", "edges", "connections", "signals", "net", "osm", "within", "no_fly", "fence")
+OF_NET = ("network", "airspace", "sensor", "traffic")  # sections that a call takes from a scenario
+PATHS = (
+    *("nodes", "edges", "connections", "signals", "net", "osm", "within", "no_fly", "fence"),
+    *("sumocfg", "routes", "additional"),
+)
 
 
 def net_of(net: str) -> tuple[Tables, RoadNetwork]:
@@ -85,12 +88,12 @@ def _anywhere(lacks: Collection[str]) -> str:
 
 def _absolute(table: Mapping[str, Any], folder: Path) -> Tables:
     """Return a section with paths that hold from anywhere."""
-    relative = {
-        key: value
-        for key, value in table.items()
-        if key in PATHS and isinstance(value, str) and not value.startswith(OF_SUMO)
-    }
-    return {
-        **table,
-        **{key: (folder / value).resolve().as_posix() for key, value in relative.items()},
-    }
+
+    def absolute(value: Any) -> Any:
+        if isinstance(value, list):
+            return [absolute(one) for one in value]
+        if isinstance(value, str) and not value.startswith(OF_SUMO):
+            return (folder / value).resolve().as_posix()
+        return value
+
+    return {key: absolute(value) if key in PATHS else value for key, value in table.items()}

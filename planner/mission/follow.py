@@ -14,9 +14,10 @@ from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
 from planner.futures.none import NO_TARGETS
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problem_of
-from planner.mission.replan import Resumed, Standing
+from planner.mission.resume import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
 from planner.mission.several import refuse_several
 from planner.network.place_words import Where
@@ -34,6 +35,7 @@ def lost(
     place: Where,
     standing: Standing,
     gap_s: float = GAP_S,
+    permit: Permit = NO_PERMIT,
 ) -> Resumed:
     """Return the search for a target that was lost, from now on; it waits there if nobody plans.
 
@@ -47,16 +49,20 @@ def lost(
         Where the UAV is now; where the target was lost, if that does not say.
     gap_s
         For how long it has been lost, seconds.
+    permit
+        What its traffic may be.
 
     Raises
     ------
     InputError
         If no time is left to search.
     """
+    if len(opened.scenario.uavs) > 1:
+        raise InputError("--lost-at: one UAV follows a target, and the plan is for several")
     _refuse_no_time(opened, standing, gap_s)
     changes = _changes(opened, place, standing, gap_s)
     overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
-    anew = open_scenario(folder / PROVENANCE, overrides=overrides)
+    anew = open_scenario(folder / PROVENANCE, overrides=overrides, permit=permit)
     there = problem_of(anew, NO_TARGETS)
     waits = plan_of_wait(there, "hover", there.uav.x_m, there.uav.y_m)
     return Resumed(anew, waits, gap_s)

@@ -18,13 +18,15 @@ import numpy as np
 from planner.clock import clock, seconds, span, when
 from planner.errors import InputError
 from planner.messages import as_written, percent, suggestion
+from planner.mission.joined import Joined
 from planner.mission.news import target_faults
-from planner.mission.replan import Standing
+from planner.mission.resume import OfUav, Standing
 from planner.network.georeference import coordinates
 from planner.network.place_words import Where, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.faults import faults_of
 from planner.scenario.news import KINDS, News, NothingNews, ReportNews, SearchedNews
+from planner.scenario.uav import UavSection
 from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
 
@@ -48,14 +50,19 @@ FORMS = (
     '"seen at PLACE at 14:20, 70 % sure" or "nothing at PLACE from 14:10 to 14:20, 80 %", each '
     'with ", within 200 m" if that is known'
 )
+# of a table [[uav]], of who joins: all but what other words say, and that it flies
+UAV_KEYS = {*UavSection.model_fields} - {"start", "take_off_s", "max_flight_time_s", "in_air"}
 KEYS = {
     "report": {"place", "at", "sure", "radius_m", "sd_m", "target", "same_source", "insist"},
     "nothing": {"place", "from", "to", "sure", "radius_m"},
     "searched": {"track", "waypoints", "sensor_on", "radius_m", "detects", "speed_mps"},
     "found": {"target"},
-    "delay": {"lasts"},
-    "uav": {"place", "battery"},
+    "delay": {"lasts", "uav"},
+    "uav": {"place", "battery", "uav"},
+    "lost": {"uav", "at"},
+    "joined": {"place", "ready", "battery", *UAV_KEYS},
 }
+UAV_NAME = re.compile(r"(?:uav\s*)?([1-9]\d{0,5})", re.IGNORECASE)
 
 
 class Setting(NamedTuple):
@@ -65,7 +72,7 @@ class Setting(NamedTuple):
     sighted_at: datetime | None  # which moment time 0 is; None: nobody said
     now_s: float  # seconds on the target's clock
     folder: Path = Path()  # where relative paths start
-    targets: int = 1  # how many there are
+    targets: tuple[str, ...] = ("the target",)  # what each is called, by number
     reading: Reading | None = None  # how recorded flights are understood; None: there are none
 
 
@@ -74,26 +81,39 @@ class Heard:
     """What a piece of news means."""
 
     news: tuple[News, ...] = ()  # of the target
-    standing: Mapping[str, Any] = field(default_factory=dict)  # of the UAV, as `Standing` has it
+    standing: Mapping[str, Any] = field(default_factory=dict)  # of UAVs, as `Standing` has it
     same_source: bool = False  # whether a report is from who gave the last one
     insist: bool = False  # whether a report counts that hardly can be true
     said: tuple[str, ...] = ()  # how it was understood
 
     def then(self, other: "Heard") -> "Heard":
         """Return both together."""
-        late_s = self.standing.get("late_s", 0.0) + other.standing.get("late_s", 0.0)
-        standing = {**self.standing, **other.standing}
         return Heard(
             (*self.news, *other.news),
-            standing | ({"late_s": late_s} if late_s else {}),
+            _together(self.standing, other.standing),
             self.same_source or other.same_source,
             self.insist or other.insist,
             (*self.said, *other.said),
         )
 
     def standing_at(self, at_s: float) -> Standing:
-        """Return where the UAV is at a time."""
-        return Standing(at_s, **self.standing)
+        """Return where the UAVs are at a time."""
+        named = {uav: OfUav(**said) for uav, said in self.standing.get("uavs", {}).items()}
+        return Standing(at_s, **{**self.standing, "uavs": named})
+
+
+def _together(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what two pieces of news say of UAVs: delays add up, and the later place counts."""
+    found = {**one, **other}
+    for key in {*one} & {*other}:
+        if key == "uavs":
+            both = {*one[key], *other[key]}
+            found[key] = {
+                uav: _together(one[key].get(uav, {}), other[key].get(uav, {})) for uav in both
+            }
+        elif key in ("late_s", "joined"):
+            found[key] = one[key] + other[key]
+    return found
 
 
 def sentence(text: str) -> dict[str, Any]:
@@ -142,11 +162,16 @@ class _Line:
         match kind:
             case "delay":
                 lasts_s = self._span("lasts")
-                return Heard(standing={"late_s": lasts_s}, said=(f"delayed by {lasts_s:g} s",))
+                return self._of_uav({"late_s": lasts_s}, f"has stood still for {lasts_s:g} s")
             case "uav":
                 return self._uav()
+            case "lost":
+                return self._lost()
+            case "joined":
+                return self._joined()
             case "found":
-                return self._news(kind, {"target": self._line.get("target", 0)}, "found")
+                target = self._target()
+                return self._news(kind, {"target": target}, f"found{self._called(target)}")
             case "searched":
                 return self._searched()
         return self._of_place(kind)
@@ -167,8 +192,9 @@ class _Line:
             table["sd_m"] = self._number("sd_m", 0.0)
             del table["radius_m"]
         table |= {"at_s": self._time("at"), "heard_s": self._setting.now_s}
-        table["target"] = self._line.get("target", 0)
-        told_of = self._news(kind, table, f"seen at {name}, {percent(table['sure'], 0)} sure")
+        table["target"] = self._target()
+        seen = f"seen at {name}, {percent(table['sure'], 0)} sure"
+        told_of = self._news(kind, table, seen + self._called(table["target"]))
         return replace(told_of, same_source=self._flag("same_source"), insist=self._flag("insist"))
 
     def _searched(self) -> Heard:
@@ -197,13 +223,41 @@ class _Line:
         if "place" in self._line:
             place = self._place(moved=False)
             standing["xy_m"] = (place.x_m, place.y_m)
-            said.append(f"the UAV is at {told(place, self._setting.network)}")
+            said.append(f"is at {told(place, self._setting.network)}")
         if "battery" in self._line:
             standing["left_s"] = self._span("battery")
-            said.append(f"its battery lasts for {standing['left_s']:g} s")
+            said.append(f"has a battery for {standing['left_s']:g} s")
         if not standing:
             raise InputError("uav: says neither its place nor its battery; give one of them")
-        return Heard(standing=standing, said=tuple(said))
+        return self._of_uav(standing, " and ".join(said))
+
+    def _lost(self) -> Heard:
+        if "uav" not in self._line:
+            raise InputError("uav: is missing; say which UAV is lost, as uav 2")
+        lost_s = self._time("at") if "at" in self._line else self._setting.now_s
+        self._refuse_later("at", lost_s)
+        return self._of_uav({"lost_s": lost_s}, f"lost at {clock(lost_s)}")
+
+    def _joined(self) -> Heard:
+        place = self._place(moved=False)
+        ready_s = self._time("ready") if "ready" in self._line else self._setting.now_s
+        table = {key: self._line[key] for key in {*self._line} & UAV_KEYS}
+        table["start"] = {"x_m": place.x_m, "y_m": place.y_m}
+        if "battery" in self._line:
+            table["max_flight_time_s"] = self._span("battery")
+        said = f"one more UAV joins from {told(place, self._setting.network)} at {clock(ready_s)}"
+        return Heard(standing={"joined": (Joined(ready_s, table),)}, said=(said,))
+
+    def _of_uav(self, standing: Mapping[str, Any], said: str) -> Heard:
+        """Return what is said of the UAV that is named, or of the only one."""
+        if "uav" not in self._line:
+            return Heard(standing=standing, said=(f"the UAV {said}",))
+        found = UAV_NAME.fullmatch(str(self._line["uav"]).strip())
+        if found is None:
+            text = as_written(self._line["uav"])
+            raise InputError(f"uav: {text} is no UAV; they are counted from 1: write 2, or uav 2")
+        number = int(found[1])
+        return Heard(standing={"uavs": {number - 1: standing}}, said=(f"UAV {number} {said}",))
 
     def _news(self, kind: str, table: Mapping[str, Any], said: str) -> Heard:
         section, errors = KINDS[kind].checked({"kind": kind, **table})
@@ -212,7 +266,7 @@ class _Line:
             key = fault.key.removeprefix(".")
             raise InputError(f"{key}: {fault.text}" if key else fault.text)
         one: Any = section
-        faults = [*target_faults([one], self._setting.targets)]
+        faults = [*target_faults([one], len(self._setting.targets))]
         if faults:
             raise InputError(f"target: {faults[0].text}")
         self._refuse_from_the_future(one)
@@ -229,6 +283,9 @@ class _Line:
                 key, last_s = "waypoints", one.waypoints[-1][0]
             case _:
                 return
+        self._refuse_later(key, last_s)
+
+    def _refuse_later(self, key: str, last_s: float) -> None:
         now_s = self._setting.now_s
         if last_s > now_s + CLOCKS_S:
             raise InputError(
@@ -237,6 +294,25 @@ class _Line:
             )
 
     # Values
+
+    def _target(self) -> Any:
+        """Return which target news is of: its number, also where its name is said."""
+        names = self._setting.targets
+        said = self._line.get("target", 0 if len(names) == 1 else None)
+        if said is None:
+            raise InputError(f"target: is missing; give which it is: {', '.join(names)}")
+        if isinstance(said, str) and len(names) > 1:
+            if said not in names:
+                text = f"{as_written(said)} is none of the targets; {suggestion(said, names)}"
+                raise InputError(f"target: {text}")
+            return names.index(said)
+        return said
+
+    def _called(self, target: Any) -> str:
+        """Return of which target something is said; nothing where there is one."""
+        names = self._setting.targets
+        known = len(names) > 1 and target in range(len(names))
+        return f": {names[target]}" if known else ""
 
     def _place(self, *, moved: bool = True) -> Where:
         said = self._line.get("place")

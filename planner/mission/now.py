@@ -123,7 +123,7 @@ class _Planning:
             "search.targets": rung.targets,
         }
         overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
-        return open_scenario(self._file, overrides=overrides)
+        return open_scenario(self._file, overrides=overrides, permit=self._how.permit)
 
     def _recorder(self, opened: OpenScenario, title: str) -> Recorder:
         shown = self._how.progress(title)
@@ -197,7 +197,7 @@ class _Planning:
             fresh=fresh,
             problem=problem,
             trial=trial,
-            prospects=prospects(fresh.futures, problem.uavs, problem.sensor, problem.objective),
+            prospects=prospects(fresh.futures, problem.flying, problem.sensor, problem.objective),
             sites=tuple(zip(names, (one.evaluated for one in trials), strict=True)),
         )
 
@@ -263,7 +263,8 @@ class _Planning:
         for name, change in changes.items():
             overrides = [f"{key}={toml_text(value)}" for key, value in change.items()]
             with suppress(ScenarioError):  # there may be no road that way
-                other = open_scenario(self._file, overrides=overrides)
+                permit = self._how.permit
+                other = open_scenario(self._file, overrides=overrides, permit=permit)
                 yield name, self._recorder(other, "targets").evaluation(OTHERS).futures
 
     def _rival_plans(self, plan: FirstPlan) -> Iterator["_Rival"]:

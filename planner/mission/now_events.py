@@ -9,6 +9,7 @@ from planner.detection.paired import Ahead
 from planner.detection.prospects import Prospects
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
+from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.call import Call
 from planner.mission.opening import OpenScenario
 from planner.mission.trial import Trial
@@ -123,4 +124,5 @@ class How:
     stop: Callable[[], bool] = never  # whether the best so far is wanted; asked after a first plan
     workers: int | None = None
     progress: Callable[[str], Progress] = lambda _: silent  # of what is recorded, by its title
+    permit: Permit = NO_PERMIT  # what its traffic may be
     rungs: Sequence[Rung] = field(default_factory=lambda: RUNGS)

@@ -1,4 +1,4 @@
-"""A mission in the air, held in memory: it hears news and plans anew at once."""
+"""A mission in the air, of one UAV or several: it hears news and plans anew at once."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from planner.belief.recipe import Drawn, OneTarget
-from planner.flight.plan import Plan
+from planner.flight.plan import Plan, Sortie
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.record import Note
@@ -16,14 +16,12 @@ from planner.mission.planning import holdout_for
 from planner.mission.recorder import Recorder
 from planner.mission.replan import (
     Replanned,
-    Resumed,
-    Standing,
     refuse_unlikely_reports,
     replanned,
-    resumed,
     with_news,
     without_news,
 )
+from planner.mission.resume import Resumed, Standing, in_order, resumed
 from planner.mission.trial import Attempt, attempted
 from planner.scenario.news import News
 from planner.search.methods import Method
@@ -58,11 +56,11 @@ class Remembering(Recorder):
 
 
 class Mission:
-    """A flight over time: what was flown, what is flown next, and what is known."""
+    """Flights over time: what was flown, what is flown next, and what is known."""
 
     def __init__(self, recorder: Remembering, plan: Plan, method: Method) -> None:
         self.recorder, self.plan, self.method = recorder, plan, method
-        self.flown: Track | None = None  # all of it so far, from take-off
+        self.flown: dict[int, Track] = {}  # all of it so far, by the UAV's number
 
     @property
     def opened(self) -> OpenScenario:
@@ -70,10 +68,18 @@ class Mission:
         return self.recorder.opened
 
     @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The whole flight of each UAV: what was flown, and what is planned."""
+        parts: dict[int, list[Track]] = {uav: [track] for uav, track in self.flown.items()}
+        for flight, track in _by_flight(self.plan):
+            parts.setdefault(flight.uav, []).append(track)
+        return tuple(in_order(parts[uav]) for uav in sorted(parts))
+
+    @property
     def track(self) -> Track:
-        """The whole flight: what was flown, and what is planned."""
-        (rest,) = self.plan.tracks
-        return rest if self.flown is None else self.flown.then(rest)
+        """That of the only UAV."""
+        (track,) = self.tracks
+        return track
 
     def made(self, budget: Budget | None = None) -> Attempt:
         """Return what the method makes of the scenario as it is now, whatever is flown."""
@@ -124,9 +130,8 @@ class Mission:
 
     def goes_on(self, going_on: Resumed, plan: Plan) -> None:
         """Fly a plan from now on."""
-        if going_on.flown is not None:
-            more = going_on.flown
-            self.flown = more if self.flown is None else self.flown.then(more)
+        for uav, more in going_on.flown.items():
+            self.flown[uav] = self.flown[uav].then(more) if uav in self.flown else more
         self.recorder, self.plan = self.recorder.now(going_on.opened), plan
 
     def believed(self) -> Futures:
@@ -136,3 +141,8 @@ class Mission:
     def _particles(self, recorder: Recorder, method: Method) -> tuple[Futures, Futures | None]:
         """Return the particles to plan on, and those to choose on."""
         return recorder.planning().futures, holdout_for(method, recorder)
+
+
+def _by_flight(plan: Plan) -> list[tuple[Sortie, Track]]:
+    """Return whose track each is, by UAV, its first flight first."""
+    return sorted(zip(plan.flights, plan.tracks, strict=True), key=lambda one: one[0])

@@ -16,18 +16,13 @@ from planner.flight.airspace import Airspace
 from planner.flight.ways import Point
 from planner.futures.traffic import NO_PERMIT, Permit, Traffic
 from planner.messages import as_written
-from planner.mission.areas import airspace_of, place_faults
+from planner.mission.areas import airspace_of
 from planner.mission.known_target import known_target, told_once
 from planner.mission.known_turns import LEAVES, known_turns
 from planner.mission.news import news_faults
 from planner.mission.traffic import traffic_of
-from planner.mission.uav_places import (
-    far_faults,
-    landing_faults,
-    return_xy,
-    start_xy,
-    uav_faults,
-)
+from planner.mission.uav_airspace import airspace_for
+from planner.mission.uav_places import return_xy, start_xy
 from planner.network.read import open_network, source_files
 from planner.network.road_network import RoadNetwork
 from planner.network.roads import with_roads
@@ -37,7 +32,6 @@ from planner.scenario.draft import Draft, read_draft
 from planner.scenario.listed import named_for
 from planner.scenario.news import FoundNews, News
 from planner.scenario.sections import NetworkSection, Scenario, TargetSection
-from planner.scenario.uav import UavSection
 
 log = logging.getLogger(__name__)
 
@@ -166,7 +160,7 @@ def _airspaces(
     found: list[Airspace | None] = []
     for key, uav in draft.uavs:
         sound = not any(one.is_about(f"{key}.") for one in faults)
-        airspace, told = _airspace(draft, network, uav, sound=sound)
+        airspace, told = airspace_for(uav, draft, network, sound=sound)
         found.append(airspace)
         # what is wrong with the areas is so for all, and told once
         faults += [one for one in named_for(key, told) if one not in faults]
@@ -175,32 +169,6 @@ def _airspaces(
         faults += told
         found.append(airspace)
     return tuple(found)
-
-
-def _airspace(
-    draft: Draft, network: RoadNetwork, uav: UavSection, *, sound: bool
-) -> tuple[Airspace | None, list[Fault]]:
-    """Return where a UAV may fly, None for anywhere, and what is wrong with its places.
-
-    Parameters
-    ----------
-    sound
-        Whether nothing else of it is faulty.
-    """
-    faults = [*uav_faults(uav, network)]
-    sound = sound and not faults
-    airspace, found = airspace_of(draft.airspace, draft.folder, network, uav if sound else None)
-    faults += found
-    if not sound:
-        return airspace, faults
-    faults += landing_faults(uav, network)
-    if draft.search is not None and draft.sensor is not None:
-        reach_m = uav.speed_mps * draft.search.horizon_s + draft.sensor.radius_m
-        faults += far_faults(uav, network, reach_m)
-    if airspace is not None:
-        start, home = start_xy(uav.start, network), return_xy(uav, network)
-        faults += place_faults(airspace, network, start, home)
-    return airspace, faults
 
 
 def _traffic(

@@ -80,7 +80,7 @@ def plan_content(
         Which moment time 0 is, with its offset from UTC; None: nobody said.
     """
     network = problem.network
-    uavs = [problem.uavs[flight.uav] for flight in plan.flights]
+    uavs = [problem.uavs[flight.uav].of_flight(flight.number) for flight in plan.flights]
     return {
         "schema": SCHEMA,
         **network.credit,
@@ -178,8 +178,8 @@ def _objective(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def _whose(plan: Plan, number: int) -> dict[str, int]:
-    """Return which flight of which UAV one is, if there are several."""
-    if len(plan.flights) == 1:
+    """Return which flight of which UAV one is, unless it is the only one of the first."""
+    if plan.flights == (Sortie(0),):
         return {}
     uav, again = plan.flights[number]
     return {"uav": uav, "flight": again}

@@ -1,6 +1,6 @@
 """From an open scenario and its futures to problems, and what methods make of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -55,7 +55,7 @@ def problems_of(
             return_to_m=home_m,
             link_m=section.link_m or np.inf,
             aircraft=aircraft_of(section),
-            sorties=section.sorties or 1,
+            sorties=1 if section.sorties is None else section.sorties,
             swap_s=section.swap_s or 0.0,
         )
         for section, (x_m, y_m), home_m in places
@@ -138,9 +138,29 @@ def make_plan(
         problems = [one.replace(sensor=one.sensor.without_misses) for one in problems]
     rng = stream(opened.scenario.search.seed, "planner", method.name)
     planner = _within_airspace(_planner(method, opened, recorder))
-    if sum(one.uav.sorties for one in problems) > 1:
-        return fleet(problems, planner, budget=budget, rng=rng, together=method.teams)
-    return planner(problems[0], budget=budget, rng=rng)
+    flying = [number for number, one in enumerate(problems) if one.uav.sorties]
+    flights = sum(problems[number].uav.sorties for number in flying)
+    if flights > 1:
+        those = [problems[number] for number in flying]
+        found = fleet(those, planner, budget=budget, rng=rng, together=method.teams)
+    else:
+        found = planner(problems[flying[0]], budget=budget, rng=rng)
+    return _numbered(found, flying)
+
+
+def _numbered(found: SearchResult, flying: Sequence[int]) -> SearchResult:
+    """Return a result whose flights are of the UAVs that fly, with their numbers in the scenario.
+
+    Parameters
+    ----------
+    flying
+        The numbers of those that fly.
+    """
+    if flying == [*range(len(flying))]:
+        return found
+    plan = found.plan
+    sorties = tuple(one._replace(uav=flying[one.uav]) for one in plan.flights)
+    return replace(found, plan=replace(plan, sorties=sorties))
 
 
 def _within_airspace(planner: Planner) -> Planner:

@@ -1,14 +1,17 @@
 """The traffic of a scenario, from its section and the files that it names."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from planner.belief.particles import Particles
 from planner.clock import seconds
 from planner.errors import InputError
 from planner.futures.demand import Demand
-from planner.futures.steering import control_file
+from planner.futures.steering import control_of
 from planner.futures.sumo_config import SumoConfig, read_config
 from planner.futures.traffic import ALWAYS, NO_PERMIT, Permit, Traffic, input_options
 from planner.futures.traffic_files import InputFiles, refuse_outside
@@ -41,6 +44,7 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
     # Absolute: a process elsewhere reads them too.
     allowed = tuple(folder.absolute() for folder in (draft.folder, *permit.folders))
     given_as, config = _config(section, draft, network, allowed)
+    control = None if permit.control is None else control_of(permit.control)
     traffic = Traffic(
         given_as=given_as,
         at_s=section.at_s,
@@ -53,11 +57,11 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
         weights=config.files.get("weight-files", ()),
         demand=_demand(section, draft),
         allowed=allowed,
-        control=permit.control,
+        control=control,
     )
     files = InputFiles(allowed)
     input_options(traffic, files)
-    read = [*files.read, *_control_files(permit)]
+    read = [*files.read, *([] if control is None else [control.path])]
     traffic = replace(
         traffic,
         files=tuple((file, sha256_of_file(file)) for file in read),
@@ -65,6 +69,16 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
     )
     _tell_left_out(traffic)
     return traffic
+
+
+def on_its_clock(particles: Particles, traffic: Traffic | None) -> Particles:
+    """Return particles that meet signals as they stand when traffic is warmed up.
+
+    Whoever drives without SUMO, by the signals alone, needs to know; in traffic SUMO begins there.
+    """
+    if traffic is None or particles.driving != "traffic":
+        return particles
+    return replace(particles, phase_s=np.full(len(particles), int(traffic.at_s), np.int32))
 
 
 def _config(
@@ -119,12 +133,6 @@ def _demand(section: TrafficSection, draft: Draft) -> Demand | None:
         return None
     horizon_s = draft.search.horizon_s if draft.search is not None else 0.0
     return Demand(section.vehicles_per_hour, section.at_s + horizon_s)
-
-
-def _control_files(permit: Permit) -> Iterator[Path]:
-    """Yield the file of the function that steers traffic."""
-    if permit.control is not None:
-        yield control_file(permit.control)
 
 
 def _tell_left_out(traffic: Traffic) -> None:

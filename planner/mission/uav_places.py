@@ -46,6 +46,8 @@ def in_air(uav: Uav, there: InAir, network: RoadNetwork) -> Uav:
     """Return a UAV as it flies on from where it is in the air; it does not climb again."""
     x_m, y_m = start_xy(there.place, network)
     found = replace(uav.resumed(there.at_s, x_m, y_m), in_air=True)
+    if uav.sorties > 1:
+        found = replace(found, again=uav)
     if there.left_s is not None:
         found = replace(found, max_flight_time_s=there.left_s)
     if uav.aircraft is None:

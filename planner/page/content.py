@@ -178,9 +178,13 @@ def _uav(track: Track, rows: list[Row]) -> dict[str, Any]:
 
 
 def _curve(evaluation: Evaluation, until_s: float) -> list[float]:
-    """Return the probability of having found the target, at times evenly apart until the end."""
+    """Return the probability of having found the target, at times evenly apart until the end.
+
+    Of several it is their mean.
+    """
     times_s = np.linspace(0.0, until_s, POINTS + 1).tolist()
-    return [round(evaluation.found_by_probability(time_s), 6) for time_s in times_s]
+    sought = evaluation.objective.sought
+    return [round(evaluation.found_by_probability(time_s) / sought, 6) for time_s in times_s]
 
 
 def _call(run: Shown) -> dict[str, Any] | None:
@@ -188,7 +192,7 @@ def _call(run: Shown) -> dict[str, Any] | None:
 
     None where no file of a net is known, or its name would do more than name it.
     """
-    section, uav = run.opened.scenario.network, run.problem.uav
+    section, uav = run.opened.scenario.network, run.problem.flying[0]
     name = section.net or section.osm
     if name is None:
         return None

@@ -14,7 +14,7 @@ from planner.messages import plain
 HERE = Path(__file__).parent
 SCRIPTS = ("words.js", "map.js", "marks.js", "curves.js", "page.js")  # one after the other
 POLICY = re.compile(r'(<meta http-equiv="Content-Security-Policy"[^>]*>)')
-NO_PARTS = dict.fromkeys(("ABOUT", "SOON", "ODDS", "STILL", "METHODS", "LEGS", "NOTES"), "")
+NO_PARTS = dict.fromkeys(("ABOUT", "SOON", "ODDS", "STILL", "DOTS", "METHODS", "LEGS", "NOTES"), "")
 # Has a page that is to be replaced by a better one looked for again every few seconds: by the
 # browser where no script runs, and else by the script, which keeps what is looked at.
 AGAIN = '<noscript><meta http-equiv="refresh" content="3"></noscript>\n'

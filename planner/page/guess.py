@@ -7,6 +7,7 @@ from planner.mission.guess import told_reach
 from planner.mission.opening import OpenScenario
 from planner.page.content import Drawn, guess_content
 from planner.page.document import NO_PARTS, document, markup
+from planner.page.legend import dots
 from planner.page.still import still
 from planner.page.words import UNTITLED, Clock
 
@@ -45,6 +46,7 @@ def page_of_guess(opened: OpenScenario, guess: Futures) -> str:
         "ABOUT": markup(f"last seen {clock.at(0.0)} · searched until {clock.short(horizon_s)}"),
         "ODDS": "<li><b>no plan yet</b> <span>the map is a guess</span></li>",
         "STILL": picture,
+        "DOTS": dots(),
         "NOTES": "".join(f"<p>{markup(note)}</p>" for note in notes),
         "CREDIT": markup(opened.network.attribution),
     }

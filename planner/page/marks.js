@@ -3,8 +3,22 @@ const targets = (() => {
   const T = D.targets, first = offsets(unpack(T.knots));
   const places = (text, from) => Float64Array.from(unpack(text), (n) => from + n * D.frame.m);
   const times = (text) => Float64Array.from(unpack(text), (n) => (n === 65535 ? Infinity : n * D.frame.s));
-  return { first, t: times(T.t), x: places(T.x, D.frame.x), y: places(T.y, D.frame.y), seen: times(T.seen), gone: unpack(T.gone), size: T.size };
+  return { first, t: times(T.t), x: places(T.x, D.frame.x), y: places(T.y, D.frame.y), seen: times(T.seen), gone: unpack(T.gone), size: T.size, kind: T.kind ? unpack(T.kind) : null };
 })();
+// How a target is told from others: corners, how far they are turned, and a colour.
+const LOOKS = [[0, 0, "dot"], [4, 0, "c3"], [4, Math.PI / 4, "c4"], [3, Math.PI, "c2"]];
+const kinds = targets.kind ? [...new Set(targets.kind)].sort() : [0];
+function mark(x, y, size, kind) {
+  const [corners, turn] = LOOKS[kind % LOOKS.length];
+  if (!corners) {
+    pen.moveTo(x + size, y);
+    pen.arc(x, y, size, 0, 7);
+    return;
+  }
+  const at = (i) => turn + (2 * Math.PI * i) / corners;
+  line(pen, Array.from({ length: corners }, (_, i) => [x + 1.3 * size * Math.sin(at(i)), y - 1.3 * size * Math.cos(at(i))]));
+  pen.closePath();
+}
 
 // The last row of those from a to z whose time is not later; times rise.
 function lastBy(time, a, z, s) {
@@ -24,25 +38,25 @@ function targetAt(k, s) {
   return [x[i] + part * (x[i + 1] - x[i]), y[i] + part * (y[i + 1] - y[i])];
 }
 function drawTargets(s) {
-  const r = ratio() * (onPaper ? 1.2 : 1);
-  for (const isFree of [false, true]) {
-    pen.beginPath();
-    for (let k = 0; k + 1 < targets.first.length; k++) {
-      if (targets.seen[k] > s !== isFree) continue;
-      const place = targetAt(k, s);
-      if (!place) continue;
-      const px = across(place[0]), py = down(place[1]), size = (isFree ? 3 : 2) * r * (targets.size ? targets.size[k] : 1);
-      pen.moveTo(px + size, py);
-      pen.arc(px, py, size, 0, 7);
-    }
-    pen.globalAlpha = isFree ? 0.8 : 0.7;
-    pen.fillStyle = colours.dot;
-    pen.strokeStyle = colours.seen;
-    pen.lineWidth = r;
-    if (isFree) pen.fill();
-    else pen.stroke();
-  }
+  for (const isFree of [false, true]) for (const kind of kinds) drawKind(s, isFree, kind);
   pen.globalAlpha = 1;
+}
+function drawKind(s, isFree, kind) {
+  const r = ratio() * (onPaper ? 1.2 : 1);
+  pen.beginPath();
+  for (let k = 0; k + 1 < targets.first.length; k++) {
+    if (targets.seen[k] > s !== isFree || (targets.kind && targets.kind[k] !== kind)) continue;
+    const place = targetAt(k, s);
+    if (!place) continue;
+    const size = (isFree ? 3 : 2) * r * (targets.size ? targets.size[k] : 1);
+    mark(across(place[0]), down(place[1]), size, kind);
+  }
+  pen.globalAlpha = isFree ? 0.8 : 0.7;
+  pen.fillStyle = colours[LOOKS[kind % LOOKS.length][2]];
+  pen.strokeStyle = colours.seen;
+  pen.lineWidth = r;
+  if (isFree) pen.fill();
+  else pen.stroke();
 }
 
 // Of a flight: where it is, and after which waypoint.

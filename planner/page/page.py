@@ -6,10 +6,12 @@ import numpy as np
 
 from planner.detection.evaluation import Evaluation
 from planner.detection.prospects import gone_by, left_unseen
+from planner.detection.several import find_of, first_and_last
 from planner.messages import counted
 from planner.network.georeference import grid_convergence_deg, is_georeferenced, lonlat
 from planner.page.content import Drawn, page_content
 from planner.page.document import document, markup
+from planner.page.legend import dots
 from planner.page.rows import Row
 from planner.page.shown import Shown
 from planner.page.still import still
@@ -29,10 +31,12 @@ def page(run: Shown) -> str:
     drawn = Drawn.of(run)
     title = run.opened.scenario.title or UNTITLED
     at_take_off = drawn.targets.positions(run.plan.take_off_s)
+    there = np.isfinite(at_take_off[:, 0])
     picture = still(
         drawn.view,
         roads=drawn.roads,
-        targets_m=at_take_off[np.isfinite(at_take_off[:, 0])],
+        targets_m=at_take_off[there],
+        target=drawn.targets.target[there],
         tracks=run.plan.tracks,
         label=markup(f"Map of the search: {title}"),
     )
@@ -43,6 +47,7 @@ def page(run: Shown) -> str:
         "SOON": "minute" if soon == 60.0 else f"{soon / 60:g} minutes",
         "ODDS": _odds(run),
         "STILL": picture,
+        "DOTS": dots(run.opened.scenario.target_names),
         "METHODS": _methods(run),
         "LEGS": _legs(run),
         "NOTES": "".join(f"<p>{markup(note)}</p>" for note in _notes(run)),
@@ -53,9 +58,9 @@ def page(run: Shown) -> str:
 
 def _about(run: Shown) -> str:
     """Return one line on who searches, from when on."""
-    uavs = run.problem.uavs
+    uavs = run.problem.flying
     speeds = sorted({uav.speed_mps for uav in uavs})
-    begins = "flies on" if uavs[0].in_air else "takes off"
+    begins = "flies on" if any(uav.in_air for uav in uavs) else "takes off"
     said = [
         f"{counted(len(uavs), 'drone')}, {' and '.join(f'{mps:g}' for mps in speeds)} m/s",
         f"sees {length(run.radius_m)}",
@@ -89,7 +94,7 @@ def _settled_s(evaluation: Evaluation) -> float:
 
 
 def _one_odds(run: Shown, time_s: float, said: str, *, is_goal: bool) -> str:
-    share = markup(odds(run.evaluated.found_by_probability(time_s)))
+    share = markup(odds(run.evaluated.found_by_probability(time_s) / run.sought))
     word = "deadline " if is_goal else "by "
     return f"<li><b>{share}</b> <span>{word}{markup(said)}</span></li>"
 
@@ -98,7 +103,8 @@ def _methods(run: Shown) -> str:
     """Return the rows of the table of flights: found by the end, and the mean time of finding."""
     rows = []
     for number, (name, one) in enumerate(run.curves.items()):
-        found, mean_s = one.found_by_probability(run.until_s), one.expected_detection_time_s
+        found = one.found_by_probability(run.until_s) / run.sought
+        mean_s = one.expected_detection_time_s / run.sought
         label, look = (f"this plan ({name})" if number == 0 else name), f"c{number}"
         if number == len(run.curves) - 1:
             look = "limit"
@@ -160,17 +166,31 @@ def _place(run: Shown, row: Row) -> str:
 def _notes(run: Shown) -> Iterator[str]:
     """Yield what the figures rest on."""
     evaluated, until = run.evaluated, run.clock.short(run.until_s)
-    low, high = evaluated.found_interval
+    low, high = (share / run.sought for share in evaluated.found_interval)
+    found = evaluated.detection_probability / run.sought
     yield (
         f"Odds count {counted(len(evaluated.weight), 'possible target')} that had no part in "
-        f"making the plan. Found by {until}: {odds(evaluated.detection_probability)} "
+        f"making the plan. Found by {until}: {odds(found)} "
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
+    yield from _several(run)
     hidden = hidden_line(run.opened.scenario.truth.hidden)
     if hidden:
         yield hidden[0].upper() + hidden[1:] + "."
     left = left_unseen(run.fresh, evaluated, run.until_s)
     if left > 0.0:
-        gone = gone_by(run.fresh, run.until_s)
+        gone, left = gone_by(run.fresh, run.until_s) / run.sought, left / run.sought
         yield f"Off the map by {until}: {odds(gone)}, of which not seen before: {odds(left)}."
     yield LIMITS
+
+
+def _several(run: Shown) -> Iterator[str]:
+    """Yield what is to be known where several targets are searched for."""
+    if run.sought == 1:
+        return
+    names = run.opened.scenario.target_names
+    yield f"There are {run.sought} targets: odds and times above are of one of them, on average."
+    first, last = first_and_last(run.evaluated)
+    each = [(names[number], find_of(one)) for number, one in run.evaluated.each.items()]
+    for name, find in (*each, ("Any of them", first), ("All of them", last)):
+        yield f"{name}: found {odds(find.probability)}, in {find.expected_s / 60:,.1f} min."

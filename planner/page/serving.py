@@ -7,11 +7,12 @@ from planner.flight.airspace import Airspace
 from planner.network.road_network import RoadNetwork
 from planner.page.content import net_content
 from planner.page.document import HERE, NO_PARTS, document, filled, instrument, markup, settled
+from planner.page.legend import dots
 
 
 def page_of_net(network: RoadNetwork, title: str, airspace: Airspace | None = None) -> str:
     """Return a page of a net alone, and of where the drone may be."""
-    parts = NO_PARTS | {"KIND": "net", "CREDIT": markup(network.attribution)}
+    parts = NO_PARTS | {"KIND": "net", "DOTS": dots(), "CREDIT": markup(network.attribution)}
     return document(title=title, data=net_content(network, airspace), parts=parts)
 
 

@@ -33,6 +33,11 @@ class Shown:
         return problem_of_plan(self.opened, self.plan, self.fresh)
 
     @property
+    def sought(self) -> int:
+        """How many targets are searched for."""
+        return self.evaluated.objective.sought
+
+    @property
     def radius_m(self) -> float:
         """How far the sensor sees."""
         return self.problem.sensor.radius_m
@@ -53,7 +58,7 @@ class Shown:
     def curves(self) -> Mapping[str, Evaluation]:
         """All detection curves by name: the plan's, other flights', and what none surpasses."""
         mine, problem = self.evaluated, self.problem
-        at_best_s = chased_by_any(self.fresh, problem.uavs, problem.sensor)
+        at_best_s = chased_by_any(self.fresh, problem.flying, problem.sensor)
         ceiling = Evaluation(at_best_s, mine.weight, mine.end_s, mine.objective, target=mine.target)
         return {self.plan.method: mine, **self.compared, BEST_POSSIBLE: ceiling}
 

@@ -17,6 +17,7 @@ def still(
     *,
     roads: Iterable[Floats],
     targets_m: Floats,
+    target: Ints | None = None,
     tracks: Iterable[Track],
     label: str,
 ) -> str:
@@ -30,6 +31,8 @@ def still(
         Polylines, (k, 2) metres.
     targets_m
         (n, 2) metres.
+    target
+        Which of several targets each of these may be, (n,); None: there is one.
     label
         What it is called, as markup.
     """
@@ -44,14 +47,21 @@ def still(
     lines = [line for line in lines if _crosses(line, high)]
     flown = [placed(np.stack([one.x_m, one.y_m], axis=1)) for one in tracks if len(one.time_s)]
     starts = "".join(_triangle(*line[0].tolist()) for line in flown)
-    dots = "".join(f"M{x} {y}h0" for x, y in np.unique(placed(targets_m), axis=0).tolist())
+    kinds = np.zeros(len(targets_m), np.int64) if target is None else target
+    dots = "".join(_dots(placed(targets_m[kinds == n]), n) for n in range(kinds.max(initial=0) + 1))
     return (
         f'<svg id="still" viewBox="0 0 {WIDE} {high}" role="img" aria-label="{label}">'
         f'<path class="roads" d="{"".join(map(_path, lines))}"/>'
-        f'<path class="targets" d="{dots}"/>'
+        f"{dots}"
         f'<path class="flight" d="{"".join(map(_path, flown))}"/>'
         f'<path class="uav" d="{starts}"/></svg>'
     )
+
+
+def _dots(places: Ints, kind: int) -> str:
+    """Return the dots of one target, the first one's like those of a single target."""
+    d = "".join(f"M{x} {y}h0" for x, y in np.unique(places, axis=0).tolist())
+    return f'<path class="targets{f" t{(kind - 1) % 3 + 1}" * (kind > 0)}" d="{d}"/>'
 
 
 def _crosses(line: Ints, high: int) -> bool:

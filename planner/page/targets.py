@@ -63,6 +63,8 @@ def targets_content(
         "seen": packed(frame.times(seen_at)),
         "gone": packed(futures.gone),
     }
+    if futures.target.any():  # dots of several are told apart
+        content["kind"] = packed(futures.target)
     if np.ptp(futures.weight) > 0.0:  # else all dots are alike
         size = np.sqrt(futures.weight / futures.weight.mean())
         content["size"] = np.round(np.clip(size, 0.4, 3.0), 2).tolist()

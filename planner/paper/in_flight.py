@@ -18,7 +18,7 @@ from planner.futures.none import NO_TARGETS
 from planner.mission.news import given
 from planner.mission.online import Mission, Remembering
 from planner.mission.planning import problem_of
-from planner.mission.replan import Resumed, Standing
+from planner.mission.resume import Resumed, Standing
 from planner.scenario.news import ReportNews
 from planner.scenario.uav_values import PointStart
 from planner.search.methods import Method, method_named
@@ -127,4 +127,4 @@ def afresh(flight: Flight, at_s: float) -> Track:
     going_on = mission.heard(Standing(at_s))
     mission.recorder = mission.recorder.now(going_on.opened)
     (rest,) = mission.made().plan.tracks
-    return rest if going_on.flown is None else going_on.flown.then(rest)
+    return going_on.flown[0].then(rest) if going_on.flown else rest

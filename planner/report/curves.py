@@ -30,14 +30,15 @@ LINES: tuple[dict[str, Any], ...] = (
 
 def shown_until_s(problem: Problem, evaluations: Iterable[Evaluation]) -> float:
     """Return when the curves have as good as ended, with some room; at the latest the horizon."""
-    ends_s = [problem.objective.by_s or 0.0, problem.uav.take_off_s]
+    take_off_s = problem.flying[0].take_off_s
+    ends_s = [problem.objective.by_s or 0.0, take_off_s]
     for evaluation in evaluations:
         times_s, probability = evaluation.curve()
         if len(times_s):
             enough = np.searchsorted(probability, MOST_OF_ALL * probability[-1])
             ends_s.append(float(times_s[min(int(enough), len(times_s) - 1)]))
     until_s = ROOM * max(ends_s)
-    return until_s if problem.uav.take_off_s < until_s < problem.horizon_s else problem.horizon_s
+    return until_s if take_off_s < until_s < problem.horizon_s else problem.horizon_s
 
 
 def draw_curves(
@@ -57,7 +58,7 @@ def draw_curves(
     from matplotlib.ticker import MaxNLocator, PercentFormatter
 
     unit, unit_s = time_unit(until_s)
-    start_s = min(0.0, problem.uav.take_off_s)
+    start_s = min(0.0, problem.flying[0].take_off_s)
     for line, (name, evaluation) in zip(LINES, evaluations.items(), strict=False):
         _draw_curve(axes, name, evaluation, start_s=start_s, unit_s=unit_s, **line)
     if problem.network.is_abstract:
@@ -135,7 +136,7 @@ def _draw_limits(
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
         label = f"futures that leave the map unseen: {percent(left[-1], 0)}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
-    at_best_s = chased_by_any(futures, problem.uavs, problem.sensor)
+    at_best_s = chased_by_any(futures, problem.flying, problem.sensor)
     ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
@@ -148,7 +149,7 @@ def _draw_time_strip(
     axes: "Axes", problem: Problem, plan: Plan, until_s: float, unit_s: float
 ) -> None:
     """Draw under the curves the colours that times have on the map."""
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s, until_s)
+    first_s, last_s = flight_span(plan, problem.flying[0].take_off_s, until_s)
     if last_s > first_s:
         times_s = np.linspace(first_s, last_s, 128)
         axes.imshow(

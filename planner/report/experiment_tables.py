@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from planner.detection.evaluation import Evaluation
@@ -47,11 +48,21 @@ FIGURES = (
 )
 
 
-def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> FittingTable:
+def results_table(
+    rows: Sequence[Row],
+    factors: Sequence[str],
+    title: str,
+    horizon_s: Mapping[str, float] = MappingProxyType({}),
+) -> FittingTable:
     """Return the figures of each combination of method and factors, averaged over its seeds.
 
-    Intervals are Student's, over seeds, each with particles and targets of its own, and begin at
-    0 s at least; where there is one seed, that of its targets.
+    Intervals are Student's, over seeds, each with particles and targets of its own, and lie
+    between 0 s and the horizon; where there is one seed, that of its targets.
+
+    Parameters
+    ----------
+    horizon_s
+        By the condition's id: no expected detection time is later.
     """
     header, levels, usual = _levels(rows, factors)
     named = [Column(name, left=name in ("method", OTHERS)) for name in (*header, "method")]
@@ -61,7 +72,9 @@ def results_table(rows: Sequence[Row], factors: Sequence[str], title: str) -> Fi
     caption = " ".join(filter(None, (usual, _left_out(len(groups)))))
     table = FittingTable(title, [*named, *FIGURES], caption=caption)
     for key, group in list(groups.items())[:MOST_LINES]:
-        table.add_row(*key, *_figures([row for row in group if row["reason"] is None]))
+        known = [row for row in group if row["reason"] is None]
+        most_s = max((horizon_s.get(row.get("id", ""), math.inf) for row in known), default=0.0)
+        table.add_row(*key, *_figures(known, most_s))
     return table
 
 
@@ -213,19 +226,19 @@ def _levels(
     return [*alone, OTHERS], cells, f"{OTHERS} than {left_out}"
 
 
-def _figures(group: Sequence[Row]) -> list[str]:
+def _figures(group: Sequence[Row], most_s: float) -> list[str]:
     if not group:
         return ["-"] * 4 + ["0"]
     expected_s = [row["expected_detection_time_s"] for row in group]
     low_s, high_s = group[0]["ci95_low_s"], group[0]["ci95_high_s"]
     if len(group) > 1:
         low_s, high_s = student_interval(expected_s)
-        low_s = max(0.0, low_s)
+        low_s, high_s = max(0.0, low_s), min(most_s, high_s)
     shares = ("detection_probability", "found_before_goal_probability")
     return [
         f"{_mean(expected_s):,.0f} s",
         "-" if low_s is None else f"{low_s:,.0f} .. {high_s:,.0f}",
-        *(f"{_mean([row[name] for row in group]) * 100:.1f} %" for name in shares),
+        *(percent(_mean([row[name] for row in group])) for name in shares),
         str(len(group)),
     ]
 

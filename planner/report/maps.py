@@ -284,6 +284,6 @@ def time_colours(times_s: Floats, problem: Problem, plan: Plan, until_s: float) 
     """
     from matplotlib import colormaps
 
-    first_s, last_s = flight_span(plan, problem.uav.take_off_s, until_s)
+    first_s, last_s = flight_span(plan, problem.flying[0].take_off_s, until_s)
     share = np.clip((times_s - first_s) / max(last_s - first_s, 1e-9), 0.0, 1.0)
     return np.asarray(colormaps[FLIGHT_MAP](0.88 * share))  # its last yellow is lost on white

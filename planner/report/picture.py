@@ -245,7 +245,7 @@ def moments_s(problem: Problem, seen_at: Floats, many: int) -> list[float]:
     They are whole minutes where these are as far apart, else whole seconds; none stands there
     twice.
     """
-    first_s = problem.uav.take_off_s
+    first_s = problem.flying[0].take_off_s
     seen_s = np.sort(seen_at[seen_at <= problem.horizon_s])
     last_s = float(seen_s[int(0.9 * (len(seen_s) - 1))]) if len(seen_s) else problem.horizon_s
     times_s = np.linspace(first_s, max(first_s, last_s), many)
@@ -254,7 +254,7 @@ def moments_s(problem: Problem, seen_at: Floats, many: int) -> list[float]:
 
 
 def _flight_note(problem: Problem, view: View) -> str:
-    uav, roads = problem.uav, problem.network.shape_xy_m
+    uav, roads = problem.flying[0], problem.network.shape_xy_m
     start = np.array([uav.x_m, uav.y_m])
     where = "from the triangle"
     if not view.contains(start):

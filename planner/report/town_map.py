@@ -40,7 +40,7 @@ class Find:
 
 def view_of_search(problem: Problem, plan: Plan, until_s: float) -> View:
     """Return the part of a town that matters: where the flight goes, and where targets are."""
-    uav, futures = problem.uav, problem.futures
+    uav, futures = problem.flying[0], problem.futures
     places = [np.array([[uav.x_m, uav.y_m]])]
     for track in plan.tracks:
         early = track.time_s <= until_s

@@ -31,6 +31,7 @@ def where_table(
     time_s: float,
     elsewhere_probability: float,
     most: int = MOST_ROWS,
+    called: str = "the target",
 ) -> FittingTable:
     """Return where the target is believed to be, road by road, the likeliest first.
 
@@ -42,11 +43,13 @@ def where_table(
         Probability that it is gone, never was there, or has not set out yet.
     most
         How many roads are named; the others stand in one row.
+    called
+        What the target is called.
     """
     named = has_street_names(network)
     quantiles = ", ".join(percent(share, 0) for share in QUANTILES)
     table = FittingTable(
-        f"where the target may be at {clock(time_s)}",
+        f"where {called} may be at {clock(time_s)}",
         (
             *([Column("street", left=True, wraps=True)] if named else []),
             Column("road", left=True, rank=3 if named else 0),
@@ -58,8 +61,8 @@ def where_table(
     for row in rows[:most]:
         distance = " ".join(f"{metres:>7,.0f}" for metres in row.distance_m)
         speed = " ".join(f"{mps:5.1f}" for mps in row.speed_mps)
-        called = [_street(row, network)] * named
-        table.add_row(*called, row.road, percent(row.probability), distance, speed)
+        street = [_street(row, network)] * named
+        table.add_row(*street, row.road, percent(row.probability), distance, speed)
     blank = [""] * named
     if len(rows) > most:
         rest = sum(row.probability for row in rows[most:])
@@ -129,7 +132,8 @@ def write_where(
     """Write ``where.csv`` and ``where.png``; in the picture, where a sensor has been, if any."""
     rows = []
     for road in roads:
-        row: dict[str, Any] = {"road": road.road, "probability": road.probability}
+        row: dict[str, Any] = {"target": road.target} if road.target else {}
+        row |= {"road": road.road, "probability": road.probability}
         for name in ("distance_m", "speed_mps"):
             quantiles = zip(QUANTILES, getattr(road, name), strict=True)
             row |= {f"{name}_q{share * 100:02.0f}": value for share, value in quantiles}

@@ -128,7 +128,7 @@ def uav_faults(uav: UavSection) -> Iterator[Fault]:
 
 
 def _sortie_faults(uav: UavSection) -> Iterator[Fault]:
-    if (uav.sorties or 1) > 1:
+    if uav.sorties is not None and uav.sorties > 1:
         for key in ("return_to", "max_flight_time_s"):
             if getattr(uav, key) is None:
                 yield Fault(f"uav.{key}", "is missing; a UAV with uav.sorties comes home: give it")

@@ -228,6 +228,8 @@ def _uavs(said: Any) -> tuple[list[Any], list[Fault]]:
         if section is not None and not errors:  # a faulty key is not missing
             faults += named_for(key, checks.uav_faults(section))
     known = [section for section in sections if section is not None]
+    if known and all(section.sorties == 0 for section in known):
+        faults.append(Fault("uav.sorties", "is 0, and no UAV flies; leave it out, or give 1"))
     return known or [None], faults
 
 

@@ -13,7 +13,7 @@ from planner.scenario.uav_values import UavStart
 from planner.scenario.values import Finite, Metres, Name, Radius, Seconds, Section, UavSpeed
 
 MOST_NEWS = 1000  # pieces that come in: each weighs all particles
-MOST_HEARD = MOST_NEWS + 1  # and what the UAV has flown
+MOST_HEARD = 2 * MOST_NEWS  # and what each UAV has flown
 
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Detects = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]

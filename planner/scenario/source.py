@@ -133,7 +133,7 @@ def read_source(
     if preset is not None:
         _apply_preset(tables, preset, presets, faults)
     for override in overrides:
-        _apply_override(tables, override, faults)
+        apply_override(tables, override, faults)
         if of_run and override.replace(" ", "").startswith("uav.aircraft="):
             text = "of a run is written out; name the scenario in place of the run to change it"
             faults.append(Fault("uav.aircraft", text))
@@ -226,7 +226,8 @@ def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fau
                 _set(tables, key, copy.deepcopy(value), faults)
 
 
-def _apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
+def apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:
+    """Set a key of some tables, written ``dotted.key=value``; adds what is wrong with it."""
     key, equals, text = (part.strip() for part in override.partition("="))
     if not (key and equals and text):
         faults.append(Fault(override, "is not an override; write dotted.key=value"))

@@ -90,10 +90,10 @@ class UavSection(Section):
         description="{ place = { x_m = 0, y_m = 0 }, at_s = 300, left_s = 900 } if it flies "
         "already, or leave it out",
     )
-    sorties: Annotated[int, Field(ge=1, le=MOST_SORTIES)] | None = Field(
+    sorties: Annotated[int, Field(ge=0, le=MOST_SORTIES)] | None = Field(
         default=None,
-        description="how often it flies, with a full battery each time, such as 4, or leave it "
-        "out: once",
+        description="how often it flies, with a full battery each time, such as 4, 0 if it flies "
+        "no more, or leave it out: once",
     )
     swap_s: Seconds | None = Field(
         default=None,

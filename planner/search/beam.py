@@ -24,15 +24,15 @@ from planner.search.kernels.beam import (
     PARENT,
     PROMISE,
     REWARD,
-    SLOTS,
     UNSEEN,
     BeamSetting,
     BeamStates,
     Bucket,
     FirstSeen,
     LegEnds,
+    Limits,
     ToGo,
-    grow,
+    grow_on,
     promise,
 )
 from planner.search.patrol import with_patrol
@@ -61,6 +61,7 @@ FLIGHTS_PER_UNIT = 4  # of work: short legs see few
 ALONG = 0.25  # share of the work for the beam along roads only
 FIRST_LEGS = 128  # of more than a few, the most promising ones that orders begin with
 RANDOM_ORDERS = 8  # that a beam has to beat
+BETWEEN_STOPS = 2000  # flights, some ten milliseconds: so often a beam is asked to stop
 
 
 ANY = 2**31  # orders from one node: as many as there are
@@ -180,7 +181,7 @@ def beam_order(
     start
         Where the orders start; before take-off if not given.
     stop
-        Asked between stretches of time; once it says so, the best order so far is returned.
+        Asked often, between stretches of time; once it says so, the best order so far is returned.
     most
         After how many units of work that is returned too: what-if flights, or four of the short
         ones of a large net.
@@ -191,14 +192,14 @@ def beam_order(
     states, flown = _first_states(engine, beam, start, to_go)
     setting, small = beam_setting(engine, beam.reach_m), is_small(problem)
     per_unit = 1 if small else FLIGHTS_PER_UNIT
-    for number in range(len(states.heads)):
-        if states.heads[number] < 0:
-            continue
-        if states.counts[FLIGHTS] >= most * per_unit or stop():
+    narrow = math.inf if small else most * per_unit
+    bucket = Bucket(0, beam.width, beam.per_node, start.time_s, beam.bucket_s)
+    while bucket.number < len(states.heads):
+        flights = int(states.counts[FLIGHTS])
+        if flights >= most * per_unit or stop():
             break
-        width = beam.width if small else _affordable(beam, number, states, most * per_unit)
-        bucket = Bucket(number, width, beam.per_node, start.time_s, beam.bucket_s)
-        states = grow(bucket, states, setting, to_go, flown)
+        limits = Limits(narrow, min(most * per_unit, flights + BETWEEN_STOPS))
+        bucket, states = grow_on(bucket, limits, states, setting, to_go, flown)
     order, state = [], int(states.counts[BEST])
     while state >= 0:
         order.append(int(states.links[LEG, state]))
@@ -207,20 +208,11 @@ def beam_order(
 
 
 def is_small(problem: Problem) -> bool:
-    """Tell whether all legs are tried wherever legs are chosen, and beams end by themselves."""
-    return len(problem.legs) <= FEW
-
-
-def _affordable(beam: Beam, number: int, states: BeamStates, most: float) -> int:
-    """Return the width with which a beam comes to its last stretch of time within its flights.
+    """Tell whether all legs are tried wherever legs are chosen, and beams end by themselves.
 
     In a town targets get away, and nothing tells a beam that it cannot get better any more.
     """
-    went_on, flights = int(states.counts[SLOTS]), int(states.counts[FLIGHTS])
-    if not went_on or most == math.inf:
-        return beam.width
-    left = (most - flights) / (len(states.heads) - number)
-    return max(1, min(beam.width, int(left * went_on / flights)))
+    return len(problem.legs) <= FEW
 
 
 def _first_states(

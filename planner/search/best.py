@@ -28,7 +28,7 @@ from planner.search.dashes import portfolio
 from planner.search.exact import best_order
 from planner.search.latency import is_latency, with_less_waiting
 from planner.search.lns import polished
-from planner.search.patrol import with_patrol
+from planner.search.patrol import most_with_patrol, with_patrol
 from planner.search.plan import needs_open_country, plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.rate import rate_order
@@ -43,6 +43,7 @@ LAST = 3  # times the budget that beams may take; the last one begins within it,
 # speeds and from anywhere it finds plans 1.3 to 1.5 % better, elsewhere as good ones.
 WIDE, WIDE_FROM = 2560, 800_000
 TOUR = 0.75  # share of all work that goes into a latency tour, where targets rest
+ROUNDING = 1e-12  # of the most that can be earned: a plan better by no more is none
 POLISH = 0.25  # share of a round's work that goes into polishing
 # A sensor that may miss: share of the work that goes into plans for it, after that for a plan as if
 # it were perfect, which takes a tenth of the time per unit; widths of the first beam and of its
@@ -121,13 +122,16 @@ def _best_over_roads(
     problem: Problem, budget: Budget, rng: np.random.Generator, known: Plan | None = None
 ) -> SearchResult:
     """Return the plan that does best on the holdout of those that the budget's work buys."""
-    log = SearchLog(problem, budget)
+    engine, log = WhatIf(problem), SearchLog(problem, budget)
     chosen, value, done = None, -np.inf, 0
-    for plan, work in _road_plans(problem, budget, rng, log, known):
+    for order, work in _road_orders(engine, budget, rng, log, known):
         done += work
-        worth = holdout_value(problem, plan)
-        if worth > value:
-            chosen, value = plan, worth
+        if most_with_patrol(problem, order) > value + ROUNDING * problem.objective.most:
+            legs = with_patrol(problem, order, engine=engine)
+            plan = plan_of_legs(problem, "best", legs)
+            worth = holdout_value(problem, plan)
+            if worth > value:
+                chosen, value = plan, worth
         log.reached(value, done)
         if done >= budget.work or log.stop():
             break
@@ -135,23 +139,18 @@ def _best_over_roads(
     return log.result(chosen)
 
 
-def _road_plans(
-    problem: Problem,
+def _road_orders(
+    engine: WhatIf,
     budget: Budget,
     rng: np.random.Generator,
     log: SearchLog,
     known: Plan | None,
-) -> Iterator[tuple[Plan, int]]:
-    """Yield plans of roads, each with the work that it took, until nothing new can be tried."""
-    engine = WhatIf(problem)
-    if problem.sensor.is_perfect:
-        orders = _orders(engine, budget, rng, log)
-    else:
-        known_legs = [flown.leg for flown in known.legs[0]] if known is not None else []
-        orders = _orders_for_misses(engine, budget, known_legs, log)
-    for order, work in orders:
-        legs = with_patrol(problem, order, engine=engine)
-        yield plan_of_legs(problem, "best", legs), work
+) -> Iterator[tuple[Sequence[int], int]]:
+    """Yield orders of legs, each with the work that it took, until nothing new can be tried."""
+    if engine.problem.sensor.is_perfect:
+        return _orders(engine, budget, rng, log)
+    known_legs = [flown.leg for flown in known.legs[0]] if known is not None else []
+    return _orders_for_misses(engine, budget, known_legs, log)
 
 
 def _orders(
@@ -161,12 +160,16 @@ def _orders(
     if len(problem.network.road_ids) <= FEW_ROADS and not problem.flown:
         yield best_order(problem, len(problem.network.road_ids))[0], 0
     order: Sequence[int] = rate_order(engine)
-    yield order, 0
+    left, tour = LAST * budget.work, None
     if is_latency(problem):
-        order, work = with_less_waiting(problem, order, int(TOUR * budget.work), rng)
-        yield order, work
+        better, work = with_less_waiting(problem, order, int(TOUR * budget.work), rng)
+        yield better, work
+        if better != list(order):
+            tour, left = better, budget.work - work
+    yield order, 0
+    order = tour or order
     yield random_order(problem, budget, rng), 0
-    growth, before, spent, left = 1, 0, 1, LAST * budget.work
+    growth, before, spent = 1, 0, 1
     # A wider beam that flies no more than the one before has little left to try.
     while spent > before:
         reward_to_go, before, spent = RewardToGo.of(problem, order), spent, 0
@@ -175,7 +178,7 @@ def _orders(
             order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left)
             spent += work
             left -= work
-            yield order, work
+            yield tour if tour and left <= 0 else order, work  # cut short, it is no match for one
         share = max(1, int(POLISH * spent))
         yield polished(engine, order, share, rng, stop=log.stop), share
         if growth == 1 and budget.work >= WIDE_FROM:

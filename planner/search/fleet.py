@@ -15,7 +15,7 @@ import numpy as np
 from planner.detection.evaluate import evaluate_all
 from planner.detection.survival import Searched
 from planner.flight.plan import Plan, Sortie
-from planner.flight.separation import Course, course_of, delay_s
+from planner.flight.separation import Course, course_of, delay_s, meetings
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.search.beam import RewardToGo, is_small
@@ -137,6 +137,8 @@ class _Search:
 
     def _value_of(self, flights: Flights) -> float:
         problem = self._problems[0]
+        if _in_the_way(flights):
+            return 0.0
         holdout = problem.holdout or problem.futures
         searched = [flight.searched for flight in flights]
         evaluation = evaluate_all(searched, holdout, problem.objective)
@@ -177,7 +179,8 @@ class _Search:
 
     def _uav(self, sortie: Sortie, take_off_s: float, others: Flights) -> Uav:
         """Return a UAV as it takes off, from home if it has flown before, until it has to land."""
-        uav = replace(self._problems[sortie.uav].uav, take_off_s=take_off_s)
+        uav = self._problems[sortie.uav].uav.of_flight(sortie.number)
+        uav = replace(uav, take_off_s=take_off_s)
         if sortie.number and uav.return_to_m is not None:
             uav = replace(uav, x_m=uav.return_to_m[0], y_m=uav.return_to_m[1])
         for one in others:
@@ -189,7 +192,12 @@ class _Search:
         return uav
 
     def _apart(self, flight: Flight, others: Flights) -> Flight:
-        """Return a flight that keeps apart from others: planned for a later take-off if need be."""
+        """Return a flight that keeps apart from others: planned for a later take-off if need be.
+
+        One that is in the air cannot wait; a plan in which it comes too near others is worth none.
+        """
+        if flight.problem.uav.in_air:
+            return flight
         courses = [one.course for one in others if one.sortie.uav != flight.sortie.uav]
         late_s = delay_s(flight.course, courses)
         return flight if late_s == 0.0 else flight.later(late_s)
@@ -207,7 +215,7 @@ class _Search:
                 others = tuple(one for one in flights if one is not flight)
                 again = self._planned(flight.sortie, flight.plan.take_off_s, others, AGAIN)
                 if self._apart(again, others) is not again:
-                    continue
+                    continue  # it would have to wait
                 tried = tuple(again if one is flight else one for one in flights)
                 worth = self._value_of(tried)
                 if worth > value:
@@ -245,3 +253,10 @@ class _Search:
             plan = plan_of_legs(beside, method, with_patrol(beside, order))
             flights += (self._apart(Flight(Sortie(number), beside, plan), flights),)
         return flights
+
+
+def _in_the_way(flights: Flights) -> bool:
+    """Tell whether a flight that is in the air already may come too near another one."""
+    courses, whose = [one.course for one in flights], [one.sortie.uav for one in flights]
+    flies = [one.problem.uav.in_air for one in flights]
+    return any(flies) and any(flies[a] or flies[b] for a, b, _ in meetings(courses, whose))

@@ -16,6 +16,8 @@ from planner.detection.evaluate import evaluate
 from planner.search.kernels.latency import Stops, least_waiting
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from planner.search.sightings import earned
+from planner.search.stepwise import TIE
 
 SLOW = 0.02  # of the UAV's speed: targets that are slower on the whole hardly move
 KICK = 0.013  # units of work that a changed order takes, for each pair of stops: measured
@@ -45,7 +47,9 @@ def with_less_waiting(
 ) -> tuple[list[int], int]:
     """Return an order that sees sooner what legs see, if nobody moves, and the work it took.
 
-    Legs that see nobody for the first time are left out.
+    Legs that see nobody for the first time are left out. The same order is returned where the
+    first descent does not help when it is flown: where legs see much of each other's targets, or
+    the horizon comes too soon, the sum of waiting says little.
 
     Parameters
     ----------
@@ -70,9 +74,21 @@ def with_less_waiting(
         weight=np.repeat(weight, 2),
     )
     kick = max(1, int(KICK * len(flown) ** 2))
-    kicks = rng.random((work // kick, 3))
-    found = least_waiting(2 * np.arange(len(flown)), stops, kicks)
+    descended = least_waiting(2 * np.arange(len(flown)), stops, np.empty((0, 3)))
+    if (
+        _earned(problem, ways[descended].tolist())
+        < _earned(problem, order) - TIE * problem.objective.most
+    ):
+        return list(order), kick
+    kicks = rng.random((work // kick if len(flown) > 2 else 0, 3))
+    found = least_waiting(descended, stops, kicks)
     return ways[found].tolist(), kick * (1 + len(kicks))
+
+
+def _earned(problem: Problem, order: Sequence[int]) -> float:
+    """Return the expected reward of an order on the particles planned with."""
+    plan = plan_of_legs(problem, "", order)
+    return earned(problem, plan, problem.futures, problem.futures.weight)
 
 
 def _first_seen(problem: Problem, order: Sequence[int]) -> tuple[Ints, Floats, Floats]:

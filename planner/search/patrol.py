@@ -47,6 +47,21 @@ def with_patrol(
     return patrol(engine, _after(problem, order)).order
 
 
+def most_with_patrol(problem: Problem, order: Sequence[int]) -> float:
+    """Return what an order of legs earns at most on the holdout, however it goes on after its end.
+
+    Whom it has not seen by its end, it sees then at the soonest. So a patrol need not be made where
+    no patrol could help. Infinite where what is flown next changes how an order is flown or counts.
+    """
+    if not problem.sensor.is_perfect or problem.flown or problem.uav.aircraft is not None:
+        return np.inf
+    plan = plan_of_legs(problem, "", order)
+    (legs,), holdout, objective = plan.legs, problem.holdout or problem.futures, problem.objective
+    seen_at = evaluate(plan.tracks, holdout, problem.sensor, objective).seen_at
+    end_s = legs[-1].end_s if legs else problem.first_state.time_s
+    return float(holdout.weight @ objective.reward(np.minimum(seen_at, end_s)))
+
+
 def patrol(engine: WhatIf, state: SearchState) -> SearchState:
     """Return the state at the end of a patrol; its seen times are the latest, not the first."""
     return stepwise(engine, state, _patrol)

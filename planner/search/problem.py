@@ -64,6 +64,11 @@ class Problem:
         return (self.uav, *self.others)
 
     @property
+    def flying(self) -> tuple[Uav, ...]:
+        """Those of the fleet that fly from now on."""
+        return tuple(uav for uav in self.uavs if uav.sorties)
+
+    @property
     def horizon_s(self) -> float:
         """What a target not found by then counts as, seconds; the search ends there."""
         return self.objective.horizon_s

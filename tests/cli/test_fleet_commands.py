@@ -16,6 +16,7 @@ from support.town_on_earth import SETS, on_earth
 ON_FIGURE3 = "uav=[{start={x_m=-9000,y_m=0}},{start={x_m=20000,y_m=0}, speed_mps=80}]"
 BESIDE = "uav=[{start={x_m=0,y_m=0}},{start={x_m=60,y_m=0}}]"
 SMALL = ("--method", "rate", "--targets", "40", "--set", "search.particles=20")
+QUICKLY = ("--set", "search.work=2000")  # where `best` plans anew
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of two UAVs whose sensors may miss."""
     folder = tmp_path_factory.mktemp("two") / "run"
     misses = ("--set", "sensor.detects=0.7")
-    plan = ["plan", "figure3", *SMALL, *misses, "--set", ON_FIGURE3, "-o", str(folder)]
+    plan = ["plan", "figure3", *SMALL, *QUICKLY, *misses, "--set", ON_FIGURE3, "-o", str(folder)]
     assert main(plan) == 0
     return folder
 
@@ -77,13 +78,71 @@ def test_flights_are_told_one_by_one(run: Commands, two: Path) -> None:
     assert found
 
 
-@pytest.mark.parametrize("words", [("replan", "--at", "5"), ("fly", "--live", "n"), ("ask",)])
-def test_what_is_for_one_uav_is_refused_at_once(
-    run: Commands, two: Path, words: tuple[str, ...]
-) -> None:
-    said = run(*words, two)
+def test_what_is_for_one_uav_is_refused_at_once(run: Commands, two: Path) -> None:
+    said = run("fly", "--alarms", "1/600", "--targets", 20, "--sequences", 1, two)
     assert said.code == 2
-    assert "is for several UAVs; plan each one anew by itself" in said.err
+    assert "--alarms: are those of one UAV, and the plan is for several" in said.err
+    said = run("replan", two, "--at", 30, "--lost-at", "A")
+    assert said.code == 2
+    assert "--lost-at: one UAV follows a target, and the plan is for several" in said.err
+
+
+QUICK = ("--method", "rate", "--targets", 40, "-j", 1, "--json")
+
+
+def test_who_is_left_flies_on_in_a_run_like_any(run: Commands, two: Path, tmp_path: Path) -> None:
+    lost, more = tmp_path / "lost", tmp_path / "more"
+    said = run("replan", two, "--at", 60, "--uav-lost", 1, *QUICK, "-o", lost).json
+    assert said["understood"] == ["UAV 1 lost at 0:01:00"]
+    (flight,) = json.loads((lost / "plan.json").read_text())["uavs"]
+    assert (flight["uav"], flight["speed_mps"], flight["waypoints"][0][0]) == (1, 80.0, 60.0)
+    page = (lost / "page.html").read_text()
+    assert "1 drone, 80 m/s" in page
+    words = ("--joined", "A", "--uav", 2, "--delay", 5)
+    said = run("replan", lost, "--at", 90, *words, *QUICK, "-o", more).json
+    assert said["parent"]["run"] == "lost"
+    flights = json.loads((more / "plan.json").read_text())["uavs"]
+    assert [one["uav"] for one in flights] == [1, 2]
+    assert run("fly", more, "--targets", 20, "-j", 1).code == 0
+    assert run("page", more, "-o", tmp_path / "p.html").code == 0
+    assert run("where", more / "run.json", "--at", 100).code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("--uav-lost", 3), "there is no UAV 3; they are UAV 1 to UAV 2"),
+        (("--uav-lost", 1, "--uav-lost", "uav 2"), "without UAV 1 and UAV 2 nobody flies"),
+        (("--uav-lost", "x"), 'uav: "x" is no UAV; they are counted from 1: write 2'),
+        (("--delay", 5), "uav: is missing; say which of the 2 UAVs it is, as uav 2"),
+        (("--uav", 2), "--uav: goes with --delay, --uav-at or --battery"),
+        (("--joined", "nowhere"), "is no place of this net"),
+    ],
+)
+def test_what_is_said_of_nobody_is_refused_in_one_line(
+    run: Commands, two: Path, tmp_path: Path, words: tuple[object, ...], fault: str
+) -> None:
+    said = run("replan", two, "--at", 60, *words, *QUICK, "-o", tmp_path / "rest")
+    assert (said.code, said.out, said.err.count("\n")) == (2, "", 1)
+    assert fault in said.err
+    assert not (tmp_path / "rest").exists()
+
+
+def test_live_lines_say_whose_they_are(run: Commands, two: Path, tmp_path: Path) -> None:
+    news, out = tmp_path / "news.jsonl", tmp_path / "live.jsonl"
+    lines = [
+        {"kind": "lost", "uav": "UAV 1", "now": 60},
+        {"kind": "delay", "lasts": 5, "uav": 1},
+        {"kind": "joined", "place": "A"},
+        {"kind": "found"},
+    ]
+    news.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    said = run("fly", two, "--live", news, "--auto", "-o", out, "-j", 1)
+    assert said.code == 0
+    assert "the plan there was stands: uav: UAV 1 flies no more" in said.out
+    rows = [json.loads(line) for line in out.read_text().splitlines()]
+    assert {row["uav"] for row in rows} == {"UAV 2", "UAV 3"}
+    assert all(row["flight"] == 0 for row in rows)
 
 
 def test_a_page_knows_all(two: Path) -> None:

@@ -68,6 +68,10 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
         (("--gap", 5), "--gap: goes with --lost-at"),
         (("--same-source", "--report", "seen at r0c0 at 10, 70 %"), "no earlier report"),
         (("--at", 99999), "the flight is over at"),
+        (
+            ("--delay", 651),
+            "--delay 651: at 0:10:50 the UAV has been at its height for 650 s; give",
+        ),
         (("--battery", "0min"), "uav.in_air.left_s: should be greater than 0, not 0; give for how"),
         (("--uav-at", "r1c1", "--at", "1e13"), "uav.in_air.at_s: should be at most"),
     ],

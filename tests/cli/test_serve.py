@@ -14,7 +14,9 @@ from typing import Any
 
 import pytest
 
+from planner.cli import parser_for
 from planner.cli.desk import FILES, Desk, words_of
+from planner.cli.serve import options_of
 from planner.cli.serving import MOST_BYTES, Server
 from planner.errors import InputError
 from planner.mission.areas import airspace_over
@@ -311,6 +313,15 @@ def test_where_it_listens(capsys: pytest.CaptureFixture[str], server: Server) ->
     assert "not all of them" in run("serve", TOWN, "--bind", "0.0.0.0").err
     assert "an address such as 127.0.0.1" in run("serve", TOWN, "--bind", "evil.example").err
     assert run("serve", "nowhere.net.xml").code == 2
+
+
+def test_calls_are_planned_as_the_server_is_told() -> None:
+    words = ["--jobs", "1", "--set", "uav.speed_mps=12", "--set", "a=1", "--allow", "x"]
+    arguments = parser_for(["serve"]).parse_args(["serve", TOWN, *words])
+    said = ["--jobs=1", "--set=uav.speed_mps=12", "--set=a=1", "--allow=x"]
+    assert options_of(arguments) == said
+    call = ["now", TOWN, "--last-seen", "x", "--at", "-1min", "--drone-at", "y", *said]
+    assert parser_for(["now"]).parse_args(call).set == arguments.set
 
 
 def test_the_net_alone_shows_where_the_drone_may_be() -> None:

@@ -88,3 +88,45 @@ def test_what_takes_one_target_says_so(
     assert main([part.replace("RUN", str(run)) for part in command]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert "is for one target yet, and grid5x5 has 2; give each a scenario of its own" in line
+
+
+def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rest = ["--at", "1500", "--method", "rate", "--targets", "60"]
+    assert main(["replan", str(run), *rest, "--found", "blue", "-o", str(tmp_path / "a")]) == 0
+    assert "found: blue" in capsys.readouterr().out
+    content = json.loads((tmp_path / "a" / "plan.json").read_text())
+    assert "sought" not in content["planned"]
+    assert content["evaluated"]["expected_detection_time_s"] < 10_000
+    heard = json.loads((tmp_path / "a" / RECORD).read_text())["scenario"]["news"]["heard"]
+    assert {"kind": "found", "target": 1} in heard
+    again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "0"]
+    assert main([*again, "-o", str(tmp_path / "b")]) == 2
+    assert "every target is found" in capsys.readouterr().err
+    assert main(["replan", str(run), *rest, "--found", "green", "-o", str(tmp_path / "c")]) == 2
+    assert (
+        '--found: target: "green" is none of the targets; known: target 0, blue'
+        in capsys.readouterr().err
+    )
+
+
+def test_where_tells_of_each_target(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = [str(run / RECORD), "--at", "900", "--json", "-o", str(tmp_path / "where")]
+    assert main(["where", *place]) == 0
+    content = json.loads(capsys.readouterr().out)["targets"]
+    assert [one["target"] for one in content] == ["target 0", "blue"]
+    for one, present in zip(content, (1.0, 0.8), strict=True):
+        assert sum(road["probability"] for road in one["roads"]) == pytest.approx(present)
+        assert one["elsewhere_probability"] == pytest.approx(1.0 - present)
+    with (tmp_path / "where" / "where.csv").open() as file:
+        assert {row["target"] for row in csv.DictReader(file)} == {"target 0", "blue"}
+
+
+def test_the_page_tells_targets_apart(run: Path) -> None:
+    page = (run / "page.html").read_text()
+    assert "There are 2 targets: odds and times above are of one of them, on average." in page
+    for words in ("blue may be here", "All of them: found ", 'class="targets t1"', '"kind":"'):
+        assert words in page

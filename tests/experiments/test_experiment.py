@@ -5,9 +5,11 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
+from planner.experiments.condition import horizons_s
 from planner.experiments.experiment import Experiment
 from planner.experiments.experiment_file import read_experiment
 from planner.experiments.results import rows_of
+from planner.futures.traffic import Permit
 from planner.paper.studies import STUDIES
 
 TEXT = """
@@ -52,6 +54,7 @@ def test_blocks_have_their_own_factors_settings_and_seeds(blocks: Experiment) ->
     conditions = blocks.conditions()
     # The last block's first seed is the first block's.
     assert len(conditions) == 2 * 2 + 2 * 2 * 3 + 2 * 1
+    assert horizons_s(conditions) == {one.id: 3000.0 for one in conditions}
     radius = [c for c in conditions if c.levels["block"] == "radius"]
     assert {c.method for c in radius} == {"greedy"}
     assert {c.overrides[:2] for c in radius} == {("search.horizon_s=3000", "search.depth=5")}
@@ -119,3 +122,15 @@ def test_what_is_wrong_is_told_in_one_line(tmp_path: Path, text: str, told: str)
     with pytest.raises(InputError, match=told) as caught:
         read_experiment(path, STUDIES)
     assert "\n" not in str(caught.value)
+
+
+def test_what_a_person_permits_goes_to_all_conditions(blocks: Experiment, tmp_path: Path) -> None:
+    (tmp_path / "steer.py").write_text("def stand(traci): ...\n")
+    allowed = Permit((tmp_path,))
+    plain, wider = blocks.conditions(), blocks.permitted(allowed).conditions()
+    assert {one.permit for one in wider} == {allowed}
+    assert [one.id for one in wider] == [one.id for one in plain]  # it changes no figures
+    steered = Permit((), f"{tmp_path / 'steer.py'}:stand")
+    others = blocks.permitted(steered).conditions()
+    assert {one.id for one in others} & {one.id for one in plain} == set()
+    assert others[0].as_dict()["control"]["file"] == "steer.py"

@@ -12,6 +12,7 @@ from planner.belief.sampling import sample
 from planner.futures import workers
 from planner.futures.riders import Ridden, TrafficSession, ride_in_traffic
 from planner.futures.simulation import Vehicle
+from planner.futures.steering import control_of
 from planner.futures.tracks import futures_of_tracks, motion_of, tracks_of_rides
 from planner.futures.vehicles import vehicles_of
 from planner.futures.workers import in_parts
@@ -59,7 +60,7 @@ def watched(
     file = tmp_path / "watched.txt"
     file.unlink(missing_ok=True)
     monkeypatch.setenv(watching.FILE, str(file))
-    traffic = replace(task.traffic, control=f"support.watching:{what}")
+    traffic = replace(task.traffic, control=control_of(f"support.watching:{what}"))
     parts = ridden(replace(task, traffic=traffic))
     return parts, file.read_text().splitlines()[-1 - round(task.end_s) :]
 

@@ -208,18 +208,26 @@ def test_a_function_steers_each_step(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert found.warm.halting == found.warm.vehicles > 0
     assert opened.traffic is not None
     assert opened.traffic.files[-1][0].name == "steered_traffic.py"
+    by_file = traffic_at(folder, Permit(control="steered_traffic.py:stand"))
+    assert by_file.traffic is not None
+    assert by_file.traffic.digest == opened.traffic.digest
     for function, said in (
-        ("fails", "at 0 s: TraCIException: Vehicle 'nobody' is not known; correct it there"),
+        (
+            "fails",
+            "at 0 s: TraCIException: Vehicle 'nobody' is not known (line 8",
+        ),
         ("steps", "takes SUMO on by itself; leave out its simulationStep"),
-        ("number", "steered_traffic has no function number"),
+        ("number", "number is no function; write def function(traci): ..."),
+        ("nobody", "has no function 'nobody'"),
     ):
         steered = traffic_at(folder, Permit(control=f"steered_traffic:{function}"))
-        with pytest.raises(InputError, match="--control steered_traffic") as refused:
+        with pytest.raises(InputError, match=r"--control .*steered_traffic\.py") as refused:
             told(steered)
         assert said in str(refused.value)
     for control, said in (
-        ("steered_traffic", "names no function"),
-        ("os; exit:f", "names no function"),
+        ("steered_traffic", "should be path.py:function, or module:function"),
+        ("os; exit:f", "should be path.py:function, or module:function"),
+        ("none.py:f", "none.py: cannot be read"),
         ("no_such_module:f", "there is no module no_such_module"),
         ("no_such.module:f", "No module named 'no_such'"),
     ):

@@ -8,7 +8,7 @@ from planner.futures.futures import Futures
 from planner.mission import ask, questions
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.replan import Standing
+from planner.mission.resume import Standing
 from planner.search.methods import method_named
 
 SMALL = ("search.particles=256", "search.work=2000", "search.sampling=sobol", "search.targets=400")
@@ -47,7 +47,7 @@ def test_a_question_that_tells_is_worth_something_and_no_more_than_can_be(
     going_on = mission.heard(Standing(at_s))
     targets = ask.fresh_now(mission, going_on)
     believed = mission.recorder.now(going_on.opened).planning().futures
-    one = questions.first_road(believed, mission.opened.network)
+    one = questions.first_road(questions.About(believed, mission.opened.network, 300.0))
     (found,) = ask.ask(mission.recorder, going_on, mission.method, [one], targets)
     assert found.is_worth_asking
     assert sum(found.likely) == pytest.approx(1.0)
@@ -56,16 +56,18 @@ def test_a_question_that_tells_is_worth_something_and_no_more_than_can_be(
 
 def test_answers_are_told_apart_by_what_targets_do(mission: Mission) -> None:
     futures, network = mission.recorder.planning().futures, mission.opened.network
-    fast = questions.speed_class(futures).of(futures)
-    ways = np.hypot(*(futures.positions(60.0) - futures.positions(0.0)).T)
-    assert ways[fast == 2].min() >= ways[fast == 0].max()
+    about = questions.About(futures, network, 1000.0)
+    fast = questions.speed(about).of(futures)
+    driven_m = futures.driven_m(np.full(len(futures), 60.0))
+    assert driven_m[fast == 2].min() >= driven_m[fast == 0].max()
+    south = questions.heading(about).of(futures) == questions.QUARTERS.index("south")
+    assert np.all((futures.positions(60.0) - futures.positions(0.0))[south, 1] < 0.0)
     node = network.node_ids.index("r1c0")
     passed = questions.camera(network, node, 1500.0).of(futures) == 1
     near = np.array([futures.xy(k, np.arange(0.0, 1500.0)) for k in range(len(futures))])
     away_m = np.hypot(*(near - network.node_xy_m[node]).transpose(2, 0, 1)).min(axis=1)
     assert np.array_equal(passed, away_m <= questions.CAMERA_M)
-    east = questions.side(futures, 1000.0)
+    east = questions.side(about)
     assert 0.2 < float(futures.weight @ east.of(futures)) < 0.8
-    assert "yes" in {
-        a for one in questions.usual_questions(futures, network, 1500.0) for a in one.answers
-    }
+    assert "yes" in {a for one in questions.of_a_flight(about) for a in one.answers}
+    assert all(one.option.startswith("--") for one in questions.of_a_call(about))

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from planner.errors import InputError, ScenarioError
-from planner.mission.call import Call, Words, understood
+from planner.errors import Fault, InputError, ScenarioError
+from planner.futures.traffic import Permit
+from planner.mission.call import Call, Words, as_said, understood
 from planner.mission.opening import OpenScenario, open_scenario
 from support.command_line import TOWN
+from support.user_traffic import write_traffic
 
 NOW = datetime(2026, 5, 1, 14, 7, 30, 400, tzinfo=timezone(timedelta(hours=2)))
 WORDS = Words("berlin", "Rudower Chaussee / Wegedornstraße", "14:05", ("52.43045,13.52019",))
@@ -191,3 +193,63 @@ def test_words_of_others_stay_words(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes((Path(TOWN) / name).read_bytes())
     some = call(net=str(odd), last_seen="n", drone_at=("nw",), target="joyride")
     assert opened(some, tmp_path).scenario.target.last_seen_ago_s == 150.0
+
+
+# Keys that are set
+
+
+def test_what_is_set_is_echoed_and_kept(tmp_path: Path) -> None:
+    some = call(settings=("uav.speed_mps = 12", "sensor={ radius_m = 40 }", "greedy.tick_s=2"))
+    assert some.understood[-3:-1] == (
+        ("set", "uav.speed_mps = 12"),
+        ("set", "sensor={ radius_m = 40 }"),
+    )
+    text = some.text()
+    assert "# --set uav.speed_mps = 12\nspeed_mps = 12\n" in text
+    scenario = opened(some, tmp_path).scenario
+    assert (scenario.uav.speed_mps, scenario.sensor.radius_m) == (12.0, 40.0)
+    assert scenario.uav.aircraft is not None  # and all else that words say
+    assert scenario.greedy.tick_s == 2
+    assert "tick_s" in some.changed(uav={"take_off_s": 5.0}).text()
+
+
+@pytest.mark.parametrize(
+    ("setting", "fault"),
+    [
+        ("uav.take_off_s=5", "--set uav.take_off_s: is what --ready says"),
+        ("uav=[]", "--set uav: is what --drone-at says"),
+        ("uav.0.speed_mps=3", "uav.0.speed_mps: is none of a call's sections"),
+        ("target.start.radius_m=5", "--set target.start.radius_m: is what --last-seen says"),
+        ("network.net=x", "--set network.net: is what NET says"),
+        ("search.particles=9", "is chosen while the clock runs"),
+        ("title=x", "title: is none of a call's sections"),
+        ("speed", "is not an override; write dotted.key=value"),
+    ],
+)
+def test_what_words_say_and_the_clock_decides_is_not_set(setting: str, fault: str) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        call(settings=(setting,))
+    assert fault in str(refused.value)
+    assert len(refused.value.faults) == 1
+
+
+def test_a_fault_of_what_is_set_is_told_as_such() -> None:
+    some = call(settings=("uav.speed_mps=fast",))
+    assert as_said(Fault("uav.speed_mps", "x"), some).key == "--set uav.speed_mps"
+    assert as_said(Fault("uav.aircraft", "x"), some).key == "--aircraft"
+
+
+def test_a_target_can_be_set_to_drive_in_the_traffic_of_the_nets_scenario(tmp_path: Path) -> None:
+    folder = write_traffic(tmp_path / "own")
+    words = {"net": str(folder), "last_seen": "nw-n", "drone_at": ("0,0",)}
+    assert "traffic" not in call(**words).tables
+    some = call(**words, settings=("target.driving=traffic",))
+    assert some.understood[-1] == ("traffic", "time 0 of the target is its 0:01:00")
+    (tmp_path / "run").mkdir()
+    file = tmp_path / "run" / "call.toml"
+    file.write_text(some.text(), encoding="utf-8")
+    with pytest.raises(InputError, match="does not lie below"):
+        open_scenario(file)
+    traffic = open_scenario(file, permit=Permit((folder,))).traffic
+    assert traffic is not None
+    assert traffic.at_s == 60.0

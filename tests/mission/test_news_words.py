@@ -9,7 +9,7 @@ import pytest
 
 from planner.errors import InputError
 from planner.mission.news_words import Setting, heard, sentence, time_of
-from planner.scenario.news import NothingNews, ReportNews, SearchedNews
+from planner.scenario.news import FoundNews, NothingNews, ReportNews, SearchedNews
 from support.instances import grid
 
 NET = grid(3, 3, road_m=5000.0)
@@ -121,3 +121,17 @@ def test_what_means_nothing_is_refused(line: Any, fault: str) -> None:
 def test_a_time_of_day_needs_one_for_time_0() -> None:
     with pytest.raises(InputError, match=r"target\.sighted_at"):
         time_of("at", "14:20", Setting(NET, None, 1500.0, Path()))
+
+
+def test_several_targets_have_names() -> None:
+    two = HERE._replace(targets=("target 0", "blue"))
+    for said in ("blue", 1):
+        one = heard({"kind": "found", "target": said}, two)
+        assert one.news == (FoundNews(kind="found", target=1),)
+        assert one.said == ("found: blue",)
+    with pytest.raises(InputError, match="target: is missing; give which it is: target 0, blue"):
+        heard({"kind": "found"}, two)
+    with pytest.raises(InputError, match='"bleu" is none of the targets; '):
+        heard({"kind": "found", "target": "bleu"}, two)
+    with pytest.raises(InputError, match="target: 2 is none of the targets; they are 0 to 1"):
+        heard({"kind": "found", "target": 2}, two)

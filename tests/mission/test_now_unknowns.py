@@ -34,14 +34,14 @@ def made(*, heading: bool = False) -> Any:
     )
     seen_at = np.where(north & (np.arange(MANY) % 6 != 0), 300.0, np.inf)
     evaluated = Evaluation(seen_at, futures.weight, futures.end_s, Objective(HORIZON_S))
-    start = {"heading_deg": 0.0} if heading else {}
     return SimpleNamespace(
         fresh=SimpleNamespace(futures=futures),
         call=SimpleNamespace(
-            tables={"target": {"start": start, "last_seen_ago_s": 0.0}},
+            tables={"target": {"last_seen_ago_s": 0.0}},
+            words=SimpleNamespace(heading="N" if heading else None),
             called_at=datetime(2026, 5, 1, 14, 7, tzinfo=UTC),
         ),
-        opened=SimpleNamespace(scenario=SimpleNamespace(take_off_s=TAKE_OFF_S)),
+        opened=SimpleNamespace(network=None, scenario=SimpleNamespace(take_off_s=TAKE_OFF_S)),
         trial=SimpleNamespace(evaluated=evaluated),
     )
 

@@ -13,7 +13,8 @@ from planner.mission.follow import contact
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import problem_of
-from planner.mission.replan import Standing, resumed, with_news
+from planner.mission.replan import with_news
+from planner.mission.resume import Standing, resumed
 from planner.scenario.news import ReportNews
 from planner.search.methods import method_named
 
@@ -70,7 +71,7 @@ def test_a_flight_cut_anywhere_is_worth_the_same(mission: Mission, at_s: float) 
     share = float(before.weight[~early].sum())
     parts_s = float(before.weight[early] @ seen_at[early])
     assert parts_s + share * later_s.expected_detection_time_s == pytest.approx(whole, rel=1e-9)
-    assert expected_s(mission, going_on.flown.then(rest)) == pytest.approx(whole, rel=1e-9)
+    assert expected_s(mission, going_on.flown[0].then(rest)) == pytest.approx(whole, rel=1e-9)
 
 
 def test_without_news_little_changes_and_one_report_changes_the_plan(
@@ -104,7 +105,7 @@ def test_a_delay_of_nothing_changes_nothing(mission: Mission) -> None:
     assert one.incumbent.tracks[0].xy(1500.0) == pytest.approx(track.xy(1500.0))
     assert other.incumbent.tracks[0].xy(1620.0) == pytest.approx(track.xy(1620.0 - 120.0))
     assert other.incumbent.tracks[0].xy(1000.0) == pytest.approx(track.xy(880.0))
-    assert other.flown.xy(950.0) == pytest.approx(track.xy(880.0))
+    assert other.flown[0].xy(950.0) == pytest.approx(track.xy(880.0))
 
 
 def test_the_uav_flies_on_from_where_it_is_and_comes_home_in_time() -> None:

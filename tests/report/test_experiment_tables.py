@@ -55,6 +55,13 @@ def test_seeds_are_averaged() -> None:
     assert " ".join(cells) == "200 greedy 100 s 87 .. 113 50.0 % 25.0 % 2"
 
 
+def test_no_interval_goes_further_than_times_can() -> None:
+    rows = [row(1, 10.0, id="a"), row(2, 990.0, id="b")]
+    table = results_table(rows, ["radius"], "title", {"a": 1000.0, "b": 1000.0})
+    assert table.rows[0][3] == "0 .. 1,000"
+    assert results_table(rows, ["radius"], "title").rows[0][3] == "0 .. 6,726"
+
+
 def test_one_seed_has_the_interval_of_its_targets() -> None:
     (cells,) = printed([row(1, 99.0)])
     assert " ".join(cells) == "200 greedy 99 s 90 .. 110 50.0 % 25.0 % 1"

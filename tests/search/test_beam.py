@@ -1,6 +1,7 @@
 """Beams, repairs and the portfolio against enumeration and against each other."""
 
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -170,6 +171,22 @@ def test_in_large_nets_beams_begin_with_the_most_promising_legs_and_come_to_an_e
     assert done <= 1.2 * most
     late_s = [plan_of_legs(problem, "", legs).legs[0][-1].end_s for legs in (ended, order)]
     assert late_s[0] > 0.5 * late_s[1]  # it got narrower, not shorter
+
+
+def test_how_often_a_beam_is_asked_to_stop_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = grid_problem(grid_futures(100, np.random.default_rng(1)))
+    engine = WhatIf(problem)
+    to_go = RewardToGo.of(problem, rate_order(engine))
+    for few in (512, 0):  # legs: in large nets it gets narrower to come to an end
+        monkeypatch.setattr(beams, "FEW", few)
+        found = []
+        for between, at_least in ((1, 5), (10**6, 1)):
+            asked = count()
+            monkeypatch.setattr(beams, "BETWEEN_STOPS", between)
+            stop = lambda asked=asked: next(asked) < 0  # noqa: E731
+            found.append(beam_order(engine, Beam(8), to_go, most=900, stop=stop))
+            assert next(asked) >= at_least
+        assert found[0] == found[1]
 
 
 def test_beams_land_in_time() -> None:

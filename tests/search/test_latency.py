@@ -1,12 +1,14 @@
 """Targets that rest make an order of roads a minimum latency tour, whose optimum is known.
 
-Points are those of TSPLIB, optima those of Abeledo, Fukasawa, Pessoa and Uchoa (2013): the sum over
-all points of when they are reached from the first one, and of when that is reached again, with
-distances rounded to whole numbers. A search does not fly back: what it is held against is the least
-sum without the way back that searches a hundred times as long found.
+Points are those of TSPLIB. ``optimum`` is what the literature has (Abeledo, Fukasawa, Pessoa and
+Uchoa 2013): the sum over all points of when they are reached from the first one, and of when that is
+reached again, with distances rounded to whole numbers. A search does not fly back: what it is held
+against, ``least_one_way``, is the best known to us, the least sum without the way back that searches
+many times as long found from many starts; nobody has proven it.
 """
 
 import json
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +36,19 @@ TOURS: dict[str, Any] = json.loads(
 )
 
 
+def resting(x_m: np.ndarray, y_m: np.ndarray) -> Futures:
+    """Targets that rest at places, all as probable."""
+    count = len(x_m)
+    return Futures(
+        time_s=np.zeros(count),
+        x_m=x_m,
+        y_m=y_m,
+        first_knot=np.arange(count + 1),
+        weight=np.full(count, 1 / count),
+        gone=np.zeros(count, dtype=bool),
+    )
+
+
 def problem_of(xy: np.ndarray) -> Problem:
     """A road of 10 m at each point but the first, with a target that rests there; 50 km across."""
     place = 50_000.0 / np.ptp(xy) * xy
@@ -43,17 +58,9 @@ def problem_of(xy: np.ndarray) -> Problem:
         for end, of in enumerate((place[1:], ends))
         for i, at in enumerate(of)
     }
-    futures = Futures(
-        time_s=np.zeros(count),
-        x_m=place[1:, 0],
-        y_m=place[1:, 1],
-        first_knot=np.arange(count + 1),
-        weight=np.full(count, 1 / count),
-        gone=np.zeros(count, dtype=bool),
-    )
     return Problem(
         network=network_of_roads(nodes, [(f"r{i}", f"0{i}", f"1{i}") for i in range(count)]),
-        futures=futures,
+        futures=resting(*place[1:].T),
         uav=Uav(*place[0].tolist(), 0.0, 100.0),
         sensor=Sensor(20.0, detects_in_transit=False),
         objective=Objective(30_000.0),
@@ -87,13 +94,29 @@ def test_a_tour_is_almost_the_best_known(name: str) -> None:
     assert round_trip(xy, tour_of(found)) >= TOURS[name]["optimum"]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", TOURS)
-def test_the_best_plan_is_such_a_tour(name: str) -> None:
+def test_the_best_plan_is_such_a_tour_after_a_second(name: str) -> None:
+    """Less than a second of CPU on the machines it was tuned on; slower ones get three."""
     xy = np.array(TOURS[name]["xy"], dtype=float)
-    plan = best(problem_of(xy), budget=Budget(work=80_000), rng=stream(1, "best")).plan
+    best(problem_of(xy[:4]), budget=Budget(work=1000), rng=stream(1, "best"))  # compiles
+    problem, begin_s = problem_of(xy), time.process_time()
+    plan = best(problem, budget=Budget(work=80_000), rng=stream(1, "best")).plan
+    assert time.process_time() - begin_s < 3.0
     tour = tour_of([leg.leg for leg in plan.legs[0]])
     assert latency(xy, tour) <= 1.01 * TOURS[name]["least_one_way"]
+
+
+def test_an_order_stays_where_less_waiting_is_of_no_use() -> None:
+    """From anywhere on a grid, flights across see much of what other legs would have seen."""
+    rng = np.random.default_rng(1)
+    at = np.stack([15e3 * rng.integers(6, size=400), rng.uniform(0.0, 75e3, 400)])
+    at[:, ::2] = at[::-1, ::2]  # half of them on roads along x
+    problem = grid_problem(resting(at[0], -at[1]))
+    assert is_latency(problem)
+    order = rate_order(WhatIf(problem))
+    found, work = with_less_waiting(problem, order, 60_000, stream(1, "best"))
+    assert found == list(order)
+    assert work < 1000
 
 
 @pytest.mark.parametrize("seed", range(6))

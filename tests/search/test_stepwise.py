@@ -1,6 +1,7 @@
 """Rate, lookahead and the tail against slow twins made of whole tracks alone."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from planner.detection.sensor import Sensor
 from planner.flight.uav import Uav
 from planner.search import patrol as tail
 from planner.search.lookahead import fastest_pair, lookahead
-from planner.search.patrol import with_patrol
+from planner.search.patrol import most_with_patrol, with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem, candidate_legs
 from planner.search.rate import rate, rate_order
+from planner.search.sightings import holdout_value
 from planner.search.state import SearchState
 from planner.search.stepwise import stepwise
 from planner.search.what_if import WhatIf
@@ -158,6 +160,23 @@ def test_a_tail_goes_on_where_the_plan_ended() -> None:
     assert longer[: len(order)] == order
     assert len(longer) > len(order)
     assert with_patrol(problem, longer) == longer
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_tail_earns_more_than_is_said_of_it(seed: int) -> None:
+    made, holdout = random_problem(seed), random_problem(seed, particles=60).futures
+    problem = made.replace(holdout=holdout)
+    order = rate_order(WhatIf(problem))
+    for part in (order[:1], order[: len(order) // 2], order):
+        most = most_with_patrol(problem, part)
+        own, longer = (
+            holdout_value(problem, plan_of_legs(problem, "", legs))
+            for legs in (part, with_patrol(problem, part))
+        )
+        assert own <= longer * (1.0 + 1e-12)
+        assert longer <= most * (1.0 + 1e-12)
+    misses = made.replace(sensor=replace(made.sensor, rate_per_s=1.0))
+    assert most_with_patrol(misses, order) == np.inf
 
 
 @pytest.mark.parametrize("distance_km", [120, 300, 500])

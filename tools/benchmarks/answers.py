@@ -18,7 +18,7 @@ from planner.export.flyable import against
 from planner.mission.ask import ask
 from planner.mission.live import BEST_S, QUICK_S, Live, Offer
 from planner.mission.news_words import Heard
-from planner.mission.questions import usual_questions
+from planner.mission.questions import About, of_a_flight
 from planner.paper.in_flight import OLD_S, Flight, report_of
 
 QUESTIONS, ASKED_S, RANKED_S, JUDGES = 12, 1800.0, 30.0, 4000
@@ -35,7 +35,7 @@ def question_rows(u0_km: int) -> Iterator[Figure]:
     going_on = mission.heard(Standing(flight.plan.take_off_s))
     believed = flight.recorder.planning().futures
     cameras = [opened.network.junction_index[f"r{row}c{col}"] for row, col in INNER]
-    questions = usual_questions(believed, opened.network, ASKED_S, cameras)
+    questions = of_a_flight(About(believed, opened.network, ASKED_S, cameras))
     begun_s = time.process_time() - COMPILING.spent_s
     found = ask(flight.recorder, going_on, flight.method, questions, flight.targets)
     took_s = time.process_time() - COMPILING.spent_s - begun_s

@@ -108,6 +108,13 @@ class Bucket(NamedTuple):
     lasts_s: float  # length of a bucket, seconds
 
 
+class Limits(NamedTuple):
+    """How many flights buckets may take."""
+
+    narrow: float  # in all; buckets get narrower so that it suffices to the end. inf: they do not
+    pause: float  # until it is asked whether to go on
+
+
 @compiled
 def turns_after(before: int, ways: Rows, hop_way: Floats, setting: BeamSetting) -> Floats:
     """Return the seconds lost at corners before each of some ways on from the end of a leg."""
@@ -319,3 +326,35 @@ def grow(
             if figures[REWARD, new] > figures[REWARD, counts[BEST]]:
                 counts[BEST] = new
     return BeamStates(links, figures, masks, heads, counts)
+
+
+@compiled
+def affordable(bucket: Bucket, states: BeamStates, most: float) -> int:
+    """Return the width with which a beam comes to its last bucket within so many flights."""
+    went_on, flights = states.counts[SLOTS], states.counts[FLIGHTS]
+    if went_on == 0 or most == np.inf:
+        return bucket.width
+    left = (most - flights) / (len(states.heads) - bucket.number)
+    return max(1, min(bucket.width, int(left * went_on / flights)))
+
+
+@compiled
+def grow_on(
+    bucket: Bucket,
+    limits: Limits,
+    states: BeamStates,
+    setting: BeamSetting,
+    to_go: ToGo,
+    flown: FirstSeen,
+) -> tuple[Bucket, BeamStates]:
+    """Let bucket after bucket grow, from one on; return the first that did not, and all states."""
+    number = bucket.number
+    while number < len(states.heads) and states.counts[FLIGHTS] < limits.pause:
+        if states.heads[number] >= 0:
+            here = Bucket(number, bucket.width, bucket.per_node, bucket.begin_s, bucket.lasts_s)
+            width = affordable(here, states, limits.narrow)
+            here = Bucket(number, width, bucket.per_node, bucket.begin_s, bucket.lasts_s)
+            states = grow(here, states, setting, to_go, flown)
+        number += 1
+    on = Bucket(number, bucket.width, bucket.per_node, bucket.begin_s, bucket.lasts_s)
+    return on, states

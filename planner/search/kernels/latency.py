@@ -200,13 +200,13 @@ def least_waiting(order: Ints, stops: Stops, kicks: Floats) -> Ints:
     kicks
         Each row, three numbers from 0 to 1, exchanges two neighbouring stretches of the best order
         so far: where they begin, and how long they are. The order is improved again, and kept if it
-        is better.
+        is better. None for fewer than three stops.
     """
     n = len(order)
     stretches = Stretches(np.zeros((2, n, n)), np.zeros((2, n, n)), np.zeros((2, n, n)))
     best = order.copy()
     least = descend(best, stops, stretches)
-    for row in range(len(kicks) if n >= 3 else 0):
+    for row in range(len(kicks)):
         a = int(kicks[row, 0] * (n - 1))
         b = a + 1 + int(kicks[row, 1] * min(KICKED, n - a - 2))
         c = b + 1 + int(kicks[row, 2] * min(KICKED, n - b - 1))
