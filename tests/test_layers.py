@@ -30,7 +30,7 @@ STAGES = (
 DOORS = ("__init__.py", "__main__.py")  # may import any stage, as all below cli/ may
 ROOT = Path(__file__).parents[1] / "planner"
 LAZY = ("__init__.py", "__main__.py", "search/methods.py")  # import when called, as cli/ may
-WORKER = ("futures/workers.py", "futures/riders.py")  # what a process that runs SUMO begins with
+WORKER = ("futures/worker.py", "futures/riders.py")  # what a process that runs SUMO begins with
 LOOSE = {path.stem for path in ROOT.glob("*.py") if path.name not in DOORS}
 
 

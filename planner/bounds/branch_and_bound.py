@@ -1,7 +1,8 @@
 """Plans by their first hops: a bound for each prefix, the loosest one split again and again.
 
 A prefix is flown exactly, and what it sees needs no price any more. So its bound is the reward that
-it has earned plus the price bound for the particles that are still unseen. All road plans begin
+it has earned plus the price bound for the particles that are still unseen, or for what probability
+of them is. All road plans begin
 with some flight from take-off; those that go on from a prefix begin with it and one more hop. The
 bound for all plans is that of the loosest prefix that is not split.
 """
@@ -15,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats
+from planner.arrays import Floats
 from planner.bounds.flights import Flights, Prefix
 from planner.bounds.kernels.prices import Start
 from planner.bounds.movements import Movements, Place
-from planner.bounds.particle_prices import Table
+from planner.bounds.particle_prices import Table, fresh_start
 from planner.bounds.subgradient import lowest
 from planner.search.stop import never
 
@@ -149,7 +150,7 @@ class Search:
 
     def begin(self, price: Floats, steps: int) -> None:
         """Price what is before take-off, in at most ``steps`` steps, and open the first flights."""
-        root, unseen = self._root, np.ones(len(price), dtype=bool)
+        root, unseen = self._root, np.ones(len(price))
 
         def stop(least: float) -> bool:
             self._hear(min(self.bound, least))
@@ -167,7 +168,7 @@ class Search:
         near = self._floor(price, NEAR) if root.size > SMALL else root.floor
         self._near = root.narrowed(near, unseen, root.starts)
         first = [
-            self._further(prefix, place, self._closed, price, table)
+            self._further(prefix, place, (self._closed, unseen), price, table)
             for prefix, place in self._flights.begin()
         ]
         self._closed = self._value
@@ -208,10 +209,10 @@ class Search:
         """
         prefix, price = loosest.prefix, loosest.price
         place = self._flights.flown(prefix)
-        earned, unseen = float(self._weight @ place.reward), place.reward == 0.0
-        start = Start(place.node, self._root.bins.at(place.time_s), np.zeros(len(price)))
+        earned, missed = float(self._weight @ place.reward), place.missed
+        start = fresh_start(place, self._root.bins)
         is_new, taken = prefix not in self._proven, itertools.count()
-        price, table = self._table(price, unseen, start, lower=is_new)
+        price, table = self._table(price, missed, start, lower=is_new)
 
         def stop(least: float) -> bool:
             next(taken)
@@ -224,7 +225,7 @@ class Search:
         is_over, further = table.size == 0, None
         if not is_over and bound > self._value and bound >= other:
             further = [
-                self._further((*prefix, hop), there, bound, price, table)
+                self._further((*prefix, hop), there, (bound, missed), price, table)
                 for hop, there in self._flights.onward(place)
             ]
         return _Tightened(next(taken), bound, price, further, is_over)
@@ -248,7 +249,7 @@ class Search:
         self.stopped = self._stop(bound) or self.stopped
 
     def _table(
-        self, price: Floats, unseen: Flags, start: Start, *, lower: bool
+        self, price: Floats, missed: Floats, start: Start, *, lower: bool
     ) -> tuple[Floats, Table]:
         """Return the table of a prefix, and prices no higher than what may still be earned.
 
@@ -256,10 +257,10 @@ class Search:
         """
         for among in (self._near, self._root):
             free = (price > among.floor) | (among.floor <= self._root.floor)
-            if np.all(free, where=unseen):
+            if np.all(free, where=missed > 0.0):
                 lowered = among.lowered(price, start) if lower else price
                 floor = np.maximum(among.floor, self._floor(lowered))
-                table = among.narrowed(floor, unseen, (start,))
+                table = among.narrowed(floor, missed, (start,))
                 if table.size > 0:
                     break
         return lowered, table
@@ -274,13 +275,24 @@ class Search:
         return np.maximum(self._root.floor, price - share * np.maximum(0.0, self._most - price))
 
     def _further(
-        self, prefix: Prefix, place: Place, bound: float, price: Floats, table: Table
+        self,
+        prefix: Prefix,
+        place: Place,
+        before: tuple[float, Floats],
+        price: Floats,
+        table: Table,
     ) -> Further:
-        """Return a prefix that was flown, bounded by the prices of the one that it goes on from."""
-        reward = place.reward
-        earned = float(self._weight @ np.where(reward > 0.0, reward, price))
-        most = min(bound, earned + table.after(place, price))
-        return Further(prefix, most, float(self._weight @ reward))
+        """Return a prefix that was flown, bounded by the prices of the one that it goes on from.
+
+        Parameters
+        ----------
+        before
+            The bound of that one, and how probably it leaves each particle unseen, (N,).
+        """
+        bound, missed = before
+        earned = float(self._weight @ (place.reward + place.missed * price))
+        most = min(bound, earned + table.after(place, price, missed))
+        return Further(prefix, most, float(self._weight @ place.reward))
 
     def _add(self, further: Further, price: Floats) -> None:
         """Open a prefix, unless its bound shows that it is worth no more."""

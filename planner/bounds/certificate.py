@@ -4,16 +4,18 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from planner.arrays import Floats
 from planner.bounds.any_flight import STARTS, most_of_any_flight
 from planner.bounds.branch_and_bound import Search
-from planner.bounds.fleet_prices import FleetTable
+from planner.bounds.fleet_prices import FleetTable, fitting_bin_s
 from planner.bounds.flights import Prefix
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
 from planner.bounds.subgradient import lowest
-from planner.detection.chase import chased_alone, chased_by_any
+from planner.detection.chase import chased_by_any
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.errors import NotApplicableError
@@ -26,6 +28,7 @@ from planner.search.stop import Stop, WorkDone
 
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a prefix
 USUAL = WorkDone(STEPS)
+LITTLE = 0.005  # missed on a pass, up to which the bound of a sensor that misses nobody is as good
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,7 @@ class Certificate:
     trace: tuple[TracePoint, ...] = ()  # the bound after how many steps
     # with each particle met as early as the UAV can be there: all that files prove for "free"
     physics: float | None = None
+    rate_per_s: float = math.inf  # of the sensor that the prices are for: the problem's, or perfect
 
     @property
     def gap(self) -> float:
@@ -89,9 +93,10 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     if objective.sought > 1:
         raise NotApplicableError("there is no bound yet on searches for several targets")
     earned = evaluate(plan.tracks, problem.futures, problem.sensor, objective).reward
-    if not problem.sensor.is_perfect:
-        # Who misses nothing earns no less: its bound is one for a sensor that may miss, too.
-        problem = problem.replace(sensor=problem.sensor.without_misses)
+    # Who misses nobody earns no less: its bound is one for a sensor that may miss, too.
+    own, problem = problem, problem.replace(sensor=problem.sensor.without_misses)
+    if own.sensor.detects(own.uav.speed_mps) >= 1.0 - LITTLE:
+        own = problem
     if problem.uav.aircraft is not None:
         sees_m = problem.sensor.radius_m + problem.uav.strays_m
         wider = replace(problem.sensor, radius_m=sees_m)
@@ -102,16 +107,24 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     most = float(weight @ objective.reward(earliest_s))
     so_far = _SoFar(effort, objective, value, most)
     if len(plan.tracks) > 1 or problem.others or problem.uav.sorties > 1:
-        return _of_fleet(problem, earned, so_far, most, on_roads=on_roads)
+        return _of_fleet(own, earned, so_far, most, on_roads=on_roads)
     if not on_roads:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
         bound, physics = objective.value(reward), objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(so_far.trace), physics=physics)
-    movements = Movements(problem)
+    movements = Movements(own)
     search = _searched(movements, earned, so_far)
     bound = objective.value(min(search.bound, most))
-    proof, trace = search.proof, tuple(so_far.trace)
-    return Certificate(value, bound, "roads", movements.fitting_bin_s, proof, search.better, trace)
+    return Certificate(
+        value,
+        bound,
+        "roads",
+        movements.fitting_bin_s,
+        search.proof,
+        search.better,
+        tuple(so_far.trace),
+        rate_per_s=own.sensor.rate_per_s,
+    )
 
 
 def _of_fleet(
@@ -122,12 +135,18 @@ def _of_fleet(
     if not on_roads:
         bound = objective.value(most)
         return Certificate(value, bound, "free", physics=bound)
-    table = FleetTable.of(problem)
+    table = FleetTable.of(problem, fitting_bin_s(problem))
     reward = float(problem.futures.weight @ earned)
     start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
-    found, _ = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
-    bound, trace = objective.value(min(found, most)), tuple(so_far.trace)
-    return Certificate(value, bound, "roads", table.bin_s, trace=trace)
+    found, prices = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
+    bound, trace, rate_per_s = (
+        objective.value(min(found, most)),
+        tuple(so_far.trace),
+        problem.sensor.rate_per_s,
+    )
+    return Certificate(
+        value, bound, "roads", table.bin_s, {(): prices}, trace=trace, rate_per_s=rate_per_s
+    )
 
 
 class _SoFar:
@@ -153,25 +172,32 @@ class _SoFar:
         return self.effort.stop(self._steps)
 
 
-def proven_bound(movements: Movements, certificate: Certificate) -> float:
+def proven_bound(problem: Problem, certificate: Certificate) -> float:
     """Return the bound that a certificate's prices prove, whatever it says itself.
 
     Raises
     ------
     NotApplicableError
-        If bins as long as it says make no table.
+        If bins as long as it says make no table, or the prices are for a sensor that sees less.
     """
-    objective = movements.problem.objective
-    most = _most(movements.problem)
+    objective, sensor = problem.objective, problem.sensor
+    if certificate.rate_per_s < sensor.rate_per_s:
+        raise NotApplicableError("the prices are for a sensor that sees less")
+    seen_at = chased_by_any(problem.futures, problem.uavs, sensor)
+    most = float(problem.futures.weight @ objective.reward(seen_at))
     if certificate.plan_class == "roads":
-        most = min(most, proven_reward(movements, certificate.bin_s, certificate.proof))
+        problem = problem.replace(sensor=replace(sensor, rate_per_s=certificate.rate_per_s))
+        most = min(most, _most_by_prices(problem, certificate))
     return objective.value(most)
 
 
-def _most(problem: Problem) -> float:
-    """Return the reward of a flight that chased each particle alone, which none surpasses."""
-    seen_at = chased_alone(problem.futures, problem.uav, problem.sensor)
-    return float(problem.futures.weight @ problem.objective.reward(seen_at))
+def _most_by_prices(problem: Problem, certificate: Certificate) -> float:
+    if not problem.others:
+        return proven_reward(Movements(problem), certificate.bin_s, certificate.proof)
+    prices = certificate.proof.get(())
+    if prices is None or np.any(~(prices >= 0.0)):
+        return math.inf
+    return FleetTable.of(problem, certificate.bin_s).bound(prices).reward
 
 
 def _searched(movements: Movements, earned: Floats, so_far: _SoFar) -> Search:

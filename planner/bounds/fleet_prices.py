@@ -4,9 +4,15 @@ A fleet earns the greatest reward of all its UAVs' hops with each particle, so f
 p_k >= 0 it earns no more than sum_k p_k and, for each UAV, what a flight of it earns above them:
 what `planner.bounds.particle_prices` says of one flight, of which each UAV has one. With the UAVs
 there is less for any of them above the prices, and the bound is tighter than for one.
+
+Where sensors may miss, each moment of the search earns the rates of those that have k in reach,
+times the probability S_k that k is unseen by all. What is below the prices adds up to p_k at most.
+And S_k is no more than what one UAV's flight alone leaves unseen, so that what is above the prices
+is at most the sum over the UAVs of what each flight would earn there without the others.
 """
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,25 +31,22 @@ class FleetTable:
 
     tables: tuple[Table, ...]
     many: tuple[int, ...]
-    bin_s: float  # the longest of their bins, seconds
+    bin_s: float  # of all of them, seconds
 
     @classmethod
-    def of(cls, problem: Problem) -> "FleetTable":
+    def of(cls, problem: Problem, bin_s: float) -> "FleetTable":
         """Return the tables of a problem's UAVs; those that take off too late have none.
 
         Raises
         ------
         NotApplicableError
-            If a UAV flies more than once, or the net is too large.
+            If a UAV flies more than once, the net is too large, or a bin longer than a hop.
         """
         if any(uav.sorties > 1 for uav in problem.uavs):
             raise NotApplicableError("there is no bound yet for UAVs that fly more than once")
-        flies = [uav for uav in problem.uavs if uav.take_off_s < problem.objective.ends_s]
-        kinds = list(dict.fromkeys(_alike(flies)))
-        moves = [Movements(problem.replace(uav=uav, others=())) for uav in kinds]
-        tables = tuple(table_of(one, one.fitting_bin_s) for one in moves)
-        many = tuple(_alike(flies).count(kind) for kind in kinds)
-        return cls(tables, many, max(one.fitting_bin_s for one in moves))
+        kinds = _kinds(problem)
+        tables = tuple(table_of(moves, bin_s) for moves in _moves(problem, kinds))
+        return cls(tables, tuple(kinds.values()), bin_s)
 
     @property
     def weight(self) -> Floats:
@@ -66,6 +69,17 @@ class FleetTable:
         return Bounded(reward, counts)
 
 
-def _alike(uavs: Iterable[Uav]) -> Sequence[Uav]:
-    """Return UAVs without what makes no difference to what they may see."""
-    return [replace(uav, altitude_m=0.0, link_m=np.inf, swap_s=0.0) for uav in uavs]
+def fitting_bin_s(problem: Problem) -> float:
+    """Return how long bins are in which every hop of every UAV lasts one, seconds."""
+    return min(moves.fitting_bin_s for moves in _moves(problem, _kinds(problem)))
+
+
+def _kinds(problem: Problem) -> Counter[Uav]:
+    """Return how many UAVs of each kind may see anything; altitudes and the like do not matter."""
+    flies = [uav for uav in problem.uavs if uav.take_off_s < problem.objective.ends_s]
+    alike = [replace(uav, altitude_m=0.0, link_m=np.inf, swap_s=0.0) for uav in flies]
+    return Counter(alike or [problem.uav])
+
+
+def _moves(problem: Problem, kinds: Iterable[Uav]) -> list[Movements]:
+    return [Movements(problem.replace(uav=uav, others=())) for uav in kinds]

@@ -10,7 +10,9 @@ import numpy as np
 from planner.arrays import Floats
 from planner.bounds.hops import Hops, hops_of, passes_over
 from planner.bounds.kernels.meetings import Motion, Pieces
+from planner.detection.evaluate import evaluate_all
 from planner.detection.first_detection import first_detection
+from planner.detection.survival import Searched, survival
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.search.problem import Problem
@@ -23,7 +25,8 @@ class Place(NamedTuple):
 
     node: int
     time_s: float
-    reward: Floats  # (N,) of what is seen until there
+    reward: Floats  # (N,) of what is seen until there, to be expected
+    missed: Floats  # (N,) how probably each is unseen there; if nobody is missed, 1 or 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +46,28 @@ class Movements:
 
         Where the UAV takes off at a node there is only one: all other flights are hops.
         """
-        return tuple(_first_flights(self.problem))
+        return tuple(
+            Place(node, float(track.end_s), *_done_by(self.problem, track))
+            for node, track in _first_tracks(self.problem)
+        )
+
+    @cached_property
+    def first_sights(self) -> tuple[Floats, ...]:
+        """The rewards of what each of these sees first, as if it missed nothing, (N,) each."""
+        futures, radius_m = self.problem.futures, self.problem.sensor.radius_m
+        seen = (
+            first_detection(futures, track, radius_m) for _, track in _first_tracks(self.problem)
+        )
+        return tuple(self.problem.objective.reward(one) for one in seen)
 
     @cached_property
     def pieces(self) -> Pieces:
-        """The straight motions of all particles."""
-        return pieces_of(self.problem.futures)
+        """The straight motions of all particles.
+
+        Contacts with a sensor that may miss are bounded piece by piece, the fewer the better.
+        """
+        pieces = pieces_of(self.problem.futures)
+        return pieces if self.problem.sensor.is_perfect else joined(pieces)
 
     @property
     def fitting_bin_s(self) -> float:
@@ -56,7 +75,7 @@ class Movements:
         return min(LONGEST_BIN_S, float(self.hops.duration_s.min()))
 
 
-def _first_flights(problem: Problem) -> Iterator[Place]:
+def _first_tracks(problem: Problem) -> Iterator[tuple[int, Track]]:
     uav, xy = problem.uav, problem.network.node_xy_m
     start_m = np.array([uav.x_m, uav.y_m])
     here = np.flatnonzero(np.all(xy == start_m, axis=1))[:1]
@@ -69,8 +88,21 @@ def _first_flights(problem: Problem) -> Iterator[Place]:
         track = Track(
             np.array([uav.take_off_s, at_s]), path[:, 0], path[:, 1], np.array(on).reshape(-1, 2)
         )
-        seen_at = first_detection(problem.futures, track, problem.sensor.radius_m)
-        yield Place(int(node), at_s, problem.objective.reward(seen_at))
+        yield int(node), track
+
+
+def _done_by(problem: Problem, track: Track) -> tuple[Floats, Floats]:
+    """Return the reward of a flight with each particle, and how probably it is missed."""
+    searched = [Searched(track, problem.sensor)]
+    reward = evaluate_all(searched, problem.futures, problem.objective).reward
+    if problem.sensor.is_perfect:
+        return reward, unseen_after(reward)
+    return reward, survival(problem.futures, searched).at(track.end_s)
+
+
+def unseen_after(reward: Floats) -> Floats:
+    """Return 1 for each particle that a perfect sensor has not seen to any use, otherwise 0."""
+    return np.asarray(reward == 0.0, dtype=np.float64)
 
 
 def pieces_of(futures: Futures) -> Pieces:
@@ -93,3 +125,15 @@ def pieces_of(futures: Futures) -> Pieces:
         vy_mps=straight.vy_mps[places],
     )
     return Pieces(motion, particle[places].astype(np.int64))
+
+
+def joined(pieces: Pieces) -> Pieces:
+    """Return pieces of which none goes on from the one before at the same velocity."""
+    motion, particle = pieces
+    same = (particle, motion.vx_mps, motion.vy_mps)
+    goes_on = np.all([column[1:] == column[:-1] for column in same], axis=0)
+    goes_on &= motion.from_s[1:] == motion.to_s[:-1]
+    first = np.flatnonzero(np.append(True, ~goes_on)[: len(particle)])
+    last = np.append(first[1:], len(particle))[: len(first)] - 1
+    whole = Motion(*(column[first] for column in motion))._replace(to_s=motion.to_s[last])
+    return Pieces(whole, particle[first])

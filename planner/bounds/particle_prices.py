@@ -13,6 +13,23 @@ which a dynamic programme over nodes and times finds. It remembers the last leg 
 straight flights nothing is remembered. `sighting_table` says how time is divided into bins; a hop
 ends in the bins that all its starts end in.
 
+Where the sensor may miss, hop a has particle k in reach for so long that it sees it with at most
+the probability f_ka = 1 - exp(-rate * longest time in reach), and no hop surely does. Let S_ka be
+the probability that k is unseen after hop a. A plan earns at most sum_a r_ka (S_k,a-1 - S_ka) with
+k, which is at most
+
+    sum_a p_k (S_k,a-1 - S_ka) + sum_a max(0, r_ka - p_k) (S_k,a-1 - S_ka),
+
+where the first sum telescopes to at most p_k, and a factor of the second is at most f_ka. So the
+right side above holds with f_ka max(0, r_ka - p_k) for what a hop earns. After a hop before that
+may see k with as great a reward it is enough to count 1 - f_kb of it, b being that hop, whether or
+not b has k in reach for as long as it may: write g_a for max(0, r_ka - p_k), and V_a for the most
+that hops from a on can add of k while it is unseen. With a contact of any length up to the longest
+V_a = max over s in [0, f_ka] of s g_a + (1 - s) V_a+1, so s is f_ka if g_a >= V_a+1, and otherwise
+0. If it is f_ka for hop a then V_a <= g_a <= g_b for the hop b before it, so that it is f_kb for b
+as well, and what a adds is at most (1 - f_kb) f_ka g_a. A sensor that misses nothing has f = 1, and
+nothing is left after the hop before.
+
 A landing by a certain time only means that nothing is seen after it. What is seen on a flight to a
 certain place to land belongs to no hop, so such problems have no bound yet.
 """
@@ -22,7 +39,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats
+from planner.arrays import Floats
 from planner.bounds.hops import Hops
 from planner.bounds.kernels.hops import Bins
 from planner.bounds.kernels.prices import (
@@ -71,13 +88,14 @@ class Table:
         weighted = prices * self.weight
         since = min(start.bin for start in self.starts)
         fill_values(weighted, self.columns, self.value_to_go, since)
+        sold = [(1.0 - start.missed) * prices for start in self.starts]
         above = [
-            float(self.weight @ np.maximum(0.0, start.reward - prices)) + self._onward(start)
-            for start in self.starts
+            float(self.weight @ np.maximum(0.0, start.reward - paid)) + self._onward(start)
+            for start, paid in zip(self.starts, sold, strict=True)
         ]
         most = int(np.argmax(above))
         start = self.starts[most]
-        counts = (start.reward > prices).astype(np.float64)
+        counts = np.where(start.reward > sold[most], 1.0 - start.missed, 0.0)
         best_path(weighted, self.columns, self.value_to_go, start, counts)
         return Bounded(float(weighted.sum()) + above[most], counts)
 
@@ -86,14 +104,20 @@ class Table:
         i = start.bin
         return float(self.value_to_go[i, start.node]) if i < len(self.value_to_go) else 0.0
 
-    def after(self, place: Place, prices: Floats) -> float:
-        """Return what flights on from a place can earn above the last prices asked for, (N,)."""
+    def after(self, place: Place, prices: Floats, missed: Floats) -> float:
+        """Return what flights on from a place can earn above the last prices asked for, (N,).
+
+        Parameters
+        ----------
+        missed
+            How probably each particle was unseen where the table's flights begin, (N,).
+        """
         i = self.bins.at(place.time_s)
         if i >= self.bins.total:
             return 0.0
-        at, unseen = (place.node, i), place.reward == 0.0
-        weighted = prices * self.weight
-        return most_onward(weighted, self.columns, self.value_to_go, at, unseen)
+        left = np.divide(place.missed, missed, out=np.zeros(len(missed)), where=missed > 0.0)
+        weighted, at = prices * self.weight, (place.node, i)
+        return most_onward(weighted, self.columns, self.value_to_go, at, left)
 
     @property
     def size(self) -> int:
@@ -110,8 +134,8 @@ class Table:
     def _cell(self, i: int) -> int:
         return min(i, self.bins.total) * len(self.columns.hops.from_node)
 
-    def narrowed(self, floor: Floats, unseen: Flags, starts: tuple[Start, ...]) -> "Table":
-        """Return the table of the flights on from some starts, when some particles are unseen.
+    def narrowed(self, floor: Floats, missed: Floats, starts: tuple[Start, ...]) -> "Table":
+        """Return the table of the flights on from some starts, of a table before take-off.
 
         It has values of its own: other threads may ask for other prices.
 
@@ -119,18 +143,26 @@ class Table:
         ----------
         floor
             As of the table, none lower than before.
+        missed
+            How probably each particle is unseen there, (N,).
         """
-        least = np.where(unseen, floor * self.weight, np.inf)
+        least = np.where(missed > 0.0, floor * self.weight, np.inf)
         cell = self._cell(min(start.bin for start in starts))
-        sightings = narrowed(self.columns.sightings, least, cell)
+        sightings = narrowed(self.columns.sightings, least, missed, cell)
         return replace(
             self,
-            weight=self.weight * unseen,
+            weight=self.weight * missed,
             floor=floor,
             columns=self.columns._replace(sightings=sightings),
             starts=starts,
             value_to_go=np.zeros_like(self.value_to_go),
         )
+
+
+def fresh_start(place: Place, bins: Bins) -> Start:
+    """Return a start at a place at which nothing has been earned that counts."""
+    many = len(place.reward)
+    return Start(place.node, bins.at(place.time_s), np.zeros(many), np.ones(many))
 
 
 def table_of(movements: Movements, bin_s: float) -> Table:
@@ -171,8 +203,8 @@ def table_of(movements: Movements, bin_s: float) -> Table:
             arrivals=arrivals,
         ),
         starts=tuple(
-            Start(place.node, bins.at(place.time_s), place.reward)
-            for place in movements.first_flights
+            Start(place.node, bins.at(place.time_s), (1.0 - place.missed) * most, place.missed)
+            for place, most in zip(movements.first_flights, movements.first_sights, strict=True)
         ),
         bins=bins,
         value_to_go=np.zeros((bins.total + int(lasts.most.max()), nodes + hops.legs)),

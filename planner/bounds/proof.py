@@ -6,9 +6,8 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.bounds.flights import Flights, Prefix
-from planner.bounds.kernels.prices import Start
 from planner.bounds.movements import Movements, Place
-from planner.bounds.particle_prices import Table, table_of
+from planner.bounds.particle_prices import Table, fresh_start, table_of
 
 
 def proven_reward(movements: Movements, bin_s: float, proof: Mapping[Prefix, Floats]) -> float:
@@ -40,8 +39,9 @@ class _Proof:
     def reward(self) -> float:
         price, table = self._proof[()], self._table
         table.bound(price)
+        unseen = np.ones(len(price))
         first = [
-            (prefix, place, self._inherited(price, table, place, np.inf))
+            (prefix, place, self._inherited(price, table, place, (np.inf, unseen)))
             for prefix, place in self._flights.begin()
         ]
         return max(0.0, *(self._most(*one) for one in first))
@@ -50,18 +50,21 @@ class _Proof:
         """Return the most that plans with a prefix earn: by its own prices, or its parent's."""
         if prefix not in self._proof:
             return inherited
-        price, unseen = self._proof[prefix], place.reward == 0.0
-        start = Start(place.node, self._table.bins.at(place.time_s), np.zeros(len(price)))
-        table = self._table.narrowed(self._table.floor, unseen, (start,))
+        price, start = self._proof[prefix], fresh_start(place, self._table.bins)
+        table = self._table.narrowed(self._table.floor, place.missed, (start,))
         table.bound(price)
         # All are looked up before the next prefix's values take the place of these.
         onward = []
         for hop, there in self._flights.onward(place):
-            bound = self._inherited(price, table, there, inherited)
+            bound = self._inherited(price, table, there, (inherited, place.missed))
             onward.append(((*prefix, hop), there, bound))
         earned = float(self._weight @ place.reward)
         return max(earned, *(self._most(*one) for one in onward))
 
-    def _inherited(self, price: Floats, table: Table, place: Place, inherited: float) -> float:
-        earned = float(self._weight @ np.where(place.reward > 0.0, place.reward, price))
-        return min(inherited, earned + table.after(place, price))
+    def _inherited(
+        self, price: Floats, table: Table, place: Place, before: tuple[float, Floats]
+    ) -> float:
+        """Return a bound by the prices of the prefix before: of its bound, and whom it missed."""
+        inherited, missed = before
+        earned = float(self._weight @ (place.reward + place.missed * price))
+        return min(inherited, earned + table.after(place, price, missed))

@@ -1,6 +1,7 @@
 """What `planner compare --beliefs` does: plans for each belief, judged under each."""
 
 import argparse
+import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -8,11 +9,13 @@ from planner.cli.backends import recorder_of
 from planner.cli.printing import print_result
 from planner.cli.progress import progress_bar
 from planner.cli.session import opened_scenario
-from planner.messages import percent
+from planner.messages import percent, plain
 from planner.mission.regret import Regrets, regrets
 from planner.mission.several import refuse_several
 from planner.report.formats import Column, FittingTable
 from planner.search.methods import method_named
+
+WIDTH = 79  # characters of a line
 
 
 def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
@@ -29,6 +32,7 @@ def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> 
     summary = {
         "planned_for": list(found.planned_for),
         "truths": list(found.truths),
+        "beliefs": list(found.beliefs),
         "figure": [list(row) for row in found.figure],
         "regret": [list(row) for row in found.regret],
     }
@@ -38,7 +42,7 @@ def compare_beliefs(arguments: argparse.Namespace, overrides: Sequence[str]) -> 
 
 def _blocks(found: Regrets, name: str) -> Iterator[Any]:
     table = FittingTable(
-        f"{name}: plans for each belief of target.mix, under each",
+        f"{name}: each belief's plan, under each",
         (
             Column("planned\nfor", left=True),
             *(Column(f"if {truth}\nis true") for truth in found.truths),
@@ -49,6 +53,8 @@ def _blocks(found: Regrets, name: str) -> Iterator[Any]:
         cells = [f"{one:,.0f} s" if found.is_time else percent(one) for one in figures]
         table.add_row(planned, *cells, percent(worst))
     yield table
+    for truth, belief in zip(found.truths, found.beliefs, strict=True):
+        yield textwrap.fill(plain(f"  {truth}: {belief}"), WIDTH, subsequent_indent=5 * " ")
     least = min(range(len(found.worst)), key=lambda k: found.worst[k])
     yield (
         f"least worst regret: the plan for {found.planned_for[least]}; "

@@ -37,6 +37,7 @@ EXAMPLES = (
     ("fly runs/town --track flown.csv --takes-off-at 0:02:00 -o out", ""),
 )
 TARGETS = 1000
+LOOKALIKES = 0.0  # a rate that nobody can give: alarms are cars that look like the target
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,15 +96,18 @@ def _add_live(parser: argparse.ArgumentParser) -> None:
 def _add_alarms(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--alarms",
+        nargs="?",
+        const=LOOKALIKES,
         type=_per_second,
         metavar="1/600",
-        help="with so many false alarms a second of search: the plan flown late, and planned anew",
+        help="with so many false alarms a second of search: the plan flown late, and planned anew; "
+        "without a rate, in traffic, alarms are cars that look like it (sensor.lookalike)",
     )
     parser.add_argument(
         "--alarm-s",
         type=span,
         metavar="S",
-        help="with --alarms: how long it takes to dismiss one (default: 120)",
+        help="with --alarms: how long it takes to dismiss one (default: 120, or sensor.check_s)",
     )
     parser.add_argument(
         "--sequences",

@@ -17,14 +17,16 @@ SUMMARY = "check the belief against true vehicles of runs that no particle has s
 DETAILS = """\
 The true vehicles are targets that ride in realisations of the scenario's traffic
 in which no particle rides, or those of files of yours, a file for each day: SUMO's
-FCD, or a futures.parquet. They must set out as the scenario says of the target.
-Intervals are over realisations, or days: cars of one queue behind each other.
+FCD, a futures.parquet, or the track of a GPS in one vehicle (GPX, or CSV with time,
+lon and lat). They must set out as the scenario says of the target. Intervals are
+over realisations, or days: cars of one queue behind each other.
 The exit code is 0 whatever is found; --json says so in "is_off".
 """
 EXAMPLES = (
     ("validate traffic.toml", "against 20 unseen realisations"),
     ("validate traffic.toml --set target.driving=free", ""),
     ("validate berlin --truths mon.xml tue.xml --begin 8:00:00", ""),
+    ("validate berlin --truths mon.gpx tue.gpx --begin 6:00:00", "UTC"),
 )
 REALISATIONS, EACH = 20, 10
 
@@ -58,7 +60,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--begin",
         type=moment,
         metavar="TIME",
-        help="the time in --truths that is time 0 of the search, in seconds or H:M:S",
+        help="the time in --truths that is time 0 of the search, in seconds or H:M:S; of a GPS "
+        "in UTC, or as target.sighted_at has it",
     )
 
 
@@ -82,14 +85,13 @@ def run(arguments: argparse.Namespace) -> int:
 def _truths(arguments: argparse.Namespace, opened: "OpenScenario") -> "tuple[Futures, Ints]":
     """Return true vehicles, and the run of each."""
     from planner.cli.session import Drive, recorded
-    from planner.futures.store import Recording, read_recording
+    from planner.futures.store import Recording
     from planner.mission.recorder import Recorder
+    from planner.mission.truths import read_truths
     from planner.mission.validate import together_by_day
 
     if arguments.truths is not None:
-        given = {"begin_s": arguments.begin, "horizon_s": opened.scenario.search.horizon_s}
-        days = [read_recording(day, opened.network, **given) for day in arguments.truths]
-        return together_by_day([day.futures for day in days])
+        return together_by_day(read_truths(arguments.truths, opened, begin_s=arguments.begin))
 
     def record(recorder: Recorder) -> Recording:
         return recorder.validation(arguments.realisations, arguments.each)
@@ -121,19 +123,38 @@ def _table(found: "Validation") -> Any:
 
 
 def _verdict(found: "Validation") -> list[str]:
+    from planner.mission.validate import COVERED, FEWEST
+
     there = f" of {found.particle_runs} runs" if found.particle_runs else ""
+    runs, least = found.truth_runs, found.smallest_seen
     said = "the belief is wrong (!)" if found.is_off else "nothing is seen against the belief"
-    return [
+    if not (found.can_show or found.is_off):
+        said = f"nothing can be told from {runs} runs"
+    lines = [
         f"{said}: {found.particles} particles{there}",
-        f"against {found.truths} truths of {found.truth_runs} runs",
+        f"against {found.truths} truths of {runs} runs",
         "+- is half of a 95 % interval over runs, for all checks together: the least",
         "deviation that so many could have shown",
     ]
+    if not found.can_show:
+        return [
+            *lines,
+            f"so few can show nothing: a belief that covers none would pass; take {FEWEST} runs",
+        ]
+    lines.append(
+        f"the smallest effect that {runs} runs could have seen: {percent(COVERED - least)} covered "
+        f"in place of {percent(COVERED, 0)}"
+    )
+    if least > 1.0 - COVERED:
+        lines.append("a belief that is too wide, and covers all, would not have been seen by them")
+    return lines
 
 
 def _content(found: "Validation") -> dict[str, Any]:
     return {
         "is_off": found.is_off,
+        "can_show": found.can_show,
+        "smallest_seen": found.smallest_seen,
         "particles": found.particles,
         "particle_runs": found.particle_runs,
         "truths": found.truths,

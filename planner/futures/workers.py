@@ -1,45 +1,32 @@
-"""Worker processes: libsumo holds one simulation, and ignores Ctrl-C.
+"""Work shared out among processes that run SUMO, whose answers come in parts.
 
-A worker is a separate Python that reads tasks from its input and writes answers to its output. It
-runs in its own session, so that Ctrl-C reaches the program alone; its input closes with the
-program, which ends it. An answer may come in parts, so that what is done of a long task is known,
-and kept, before the rest is.
+So what is done of a long task is known, and kept, before the rest is.
 """
 
 import atexit
 import contextlib
 import logging
 import os
-import pickle
-import subprocess
-import sys
-import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from types import GeneratorType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from planner.errors import LostError
-from planner.futures.forks import told_end
+from planner.futures.worker import Worker, running
 from planner.interrupts import at_stop, is_stopping
-from planner.locks import temporary_folder
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 log = logging.getLogger(__name__)
 
-MALLOC = ("glibc.malloc.hugetlb=1", "glibc.malloc.tcache_count=60000")
 LOOK_S = 0.2  # between two looks whether answers are wanted still
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # what a container may use, as "200000 100000"
 
-_PART, _ERROR, _END = range(3)  # what an answer is
-
-_idle: list["_Worker"] = []  # started earlier, to be used again
-_all: set["_Worker"] = set()
+_idle: list[Worker] = []  # started earlier, to be used again
 
 
 class Backend(Protocol):
@@ -186,7 +173,7 @@ class _Team:
     def __init__(self, function: Callable[[Any], Any], size: int) -> None:
         self.workers = _team(size)
         self._function = function
-        self._free: SimpleQueue[_Worker] = SimpleQueue()
+        self._free: SimpleQueue[Worker] = SimpleQueue()
         self._is_over = False
 
     def __enter__(self) -> None:
@@ -198,9 +185,9 @@ class _Team:
             self._is_over = True
             for worker in list(self.workers):
                 worker.kill()
-        _idle.extend(worker for worker in self.workers if worker in _all)
+        _idle.extend(worker for worker in self.workers if worker in running)
 
-    def begin(self, worker: "_Worker") -> None:
+    def begin(self, worker: Worker) -> None:
         """Have a process take up the function, and be free for tasks."""
         worker.begin(self._function)
         self._free.put(worker)
@@ -221,10 +208,10 @@ class _Team:
         finally:
             self._free.put(worker)
 
-    def _in_place_of(self, lost: "_Worker") -> "_Worker":
+    def _in_place_of(self, lost: Worker) -> Worker:
         self.workers.remove(lost)
         lost.kill()
-        worker = _Worker()
+        worker = Worker()
         self.workers.append(worker)
         worker.begin(self._function)
         return worker
@@ -260,7 +247,7 @@ def cores() -> int:
 
 def dismiss() -> None:
     """End all processes that wait for further work, or are at it."""
-    for worker in list(_all):
+    for worker in list(running):
         worker.kill()
     _idle.clear()
 
@@ -273,7 +260,7 @@ def dismiss_idle() -> None:
 
 def _kill_all() -> None:
     """End all processes without waiting for their ends, as is due when the program is stopped."""
-    for worker in list(_all):
+    for worker in list(running):
         worker.process.kill()
 
 
@@ -281,132 +268,12 @@ atexit.register(dismiss)
 at_stop(_kill_all)
 
 
-def _team(size: int, *, new: bool = True) -> list["_Worker"]:
-    waiting: list[_Worker] = []
+def _team(size: int, *, new: bool = True) -> list[Worker]:
+    waiting: list[Worker] = []
     while _idle and len(waiting) < size:
         with contextlib.suppress(IndexError):  # another thread may take the last one
             waiting.append(_idle.pop())
     alive = [worker for worker in waiting if worker.alive]
     for worker in set(waiting) - set(alive):
         worker.kill()
-    return alive + [_Worker() for _ in range(size - len(alive) if new else 0)]
-
-
-class _Worker:
-    """A process and a folder for its temporary files, which goes when it goes."""
-
-    def __init__(self) -> None:
-        self._stack = contextlib.ExitStack()
-        folder = self._stack.enter_context(temporary_folder())
-        self._said = folder / "said.txt"
-        here = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)) | _lean()
-        with self._said.open("wb") as said:
-            self.process = subprocess.Popen(
-                [sys.executable, "-c", _program()],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=said,
-                env={**os.environ, **here},
-                start_new_session=True,
-            )
-        _all.add(self)
-
-    @property
-    def alive(self) -> bool:
-        return self.process.poll() is None
-
-    def begin(self, function: Callable[[Any], Any]) -> None:
-        """Take up a function, in the place of an earlier one."""
-        self._ask(function)
-        self._answer()
-
-    def answers(self, task: Any) -> Iterator[Any]:
-        """Yield what the function returns or yields, or raise what it raises."""
-        self._ask((task,))
-        while True:
-            kind, answer = self._answer()
-            if kind == _END:
-                return
-            if kind == _ERROR:
-                raise answer
-            yield answer
-
-    def kill(self) -> None:
-        _all.discard(self)
-        self.process.kill()
-        self.process.wait()
-        self._stack.close()
-
-    def _ask(self, message: Any) -> None:
-        asked = self.process.stdin
-        assert asked is not None
-        try:
-            pickle.dump(message, asked, pickle.HIGHEST_PROTOCOL)
-            asked.flush()
-        except OSError as error:
-            raise LostError(self._last_words()) from error
-
-    def _answer(self) -> Any:
-        answered = self.process.stdout
-        assert answered is not None
-        try:
-            return pickle.load(answered)
-        except (EOFError, OSError, pickle.UnpicklingError) as error:
-            raise LostError(self._last_words()) from error
-
-    def _last_words(self) -> str:
-        code = self.process.wait()
-        lines = self._said.read_text(errors="replace").splitlines() if self._said.exists() else []
-        said = f": {lines[-1].strip()}" if lines else ""
-        return (
-            f"a process that runs SUMO {told_end(code)}{said}; what is recorded is kept: run it "
-            "again, with fewer --jobs if memory is short"
-        )
-
-
-def _lean() -> dict[str, str]:
-    """Return what keeps a process without threads and quick to fork.
-
-    NumPy, which comes with libsumo, would start threads. Of huge pages few have to be listed for a
-    child. What a child frees it keeps at hand and takes again: the free places that loading the net
-    has left are scattered over pages that it shares, each of which it would have to copy.
-    """
-    known = os.environ.get("GLIBC_TUNABLES")
-    tunables = ":".join(filter(None, [known, *MALLOC]))
-    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    return {"GLIBC_TUNABLES": tunables, **threads}
-
-
-def _program() -> str:
-    return f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve()"
-
-
-def serve() -> None:
-    """Answer tasks until the input ends; what a worker runs."""
-    # Whatever prints to standard output must not get in between answers.
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    function: Callable[[Any], Any] | None = None
-    with contextlib.suppress(EOFError, BrokenPipeError):
-        while True:
-            message = pickle.load(sys.stdin.buffer)
-            if isinstance(message, tuple):
-                assert function is not None
-                said = _answers(function, *message)
-            else:
-                function, said = message, iter([pickle.dumps(None)])
-            for answer in said:
-                answers.write(answer)
-                answers.flush()
-
-
-def _answers(function: Callable[[Any], Any], task: Any) -> Iterator[bytes]:
-    try:
-        found = function(task)
-        for part in found if isinstance(found, GeneratorType) else (found,):
-            yield pickle.dumps((_PART, part), pickle.HIGHEST_PROTOCOL)
-    except Exception as error:
-        error.add_note(traceback.format_exc())
-        yield pickle.dumps((_ERROR, error))
-    else:
-        yield pickle.dumps((_END, None))
+    return alive + [Worker() for _ in range(size - len(alive) if new else 0)]

@@ -1,13 +1,14 @@
 """False alarms: each one is looked at and dismissed, and all that it tells is that it is later now.
 
-They come by chance while the UAV searches, whatever it searches. What a flight is worth with them
+They come by chance while the UAV searches, whatever it searches; or, among traffic, each time that
+a car is met that looks like the target. What a flight is worth with them
 is an expectation over all targets, given when the alarms are; two ways to fly are held against each
 other on the same alarms and the same targets.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from planner.arrays import Floats
 from planner.checked import number, set_fields
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
+from planner.detection.first_detection import first_detection
 from planner.errors import InputError
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -46,11 +48,50 @@ class Alarms:
         return np.asarray(gaps_s[: int(np.searchsorted(np.cumsum(gaps_s), until_s)) + 1])
 
 
+class NextAlarm(Protocol):
+    """When the next alarm comes, on one flight."""
+
+    def __call__(self, rest: Track, now_s: float) -> float:
+        """Return its time, given what is still to be flown; infinity: there is none."""
+
+
+def by_chance(gaps_s: Sequence[float]) -> NextAlarm:
+    """Return alarms that come whatever is searched.
+
+    Parameters
+    ----------
+    gaps_s
+        Times of search between alarms, seconds.
+    """
+    left = iter(gaps_s)
+    return lambda rest, now_s: now_s + next(left, np.inf)  # noqa: ARG005
+
+
+def by_lookalikes(cars: Futures, radius_m: float) -> NextAlarm:
+    """Return alarms that come when a car that looks like the target is first within the radius.
+
+    Each car is checked once.
+    """
+    unchecked = np.ones(len(cars), dtype=bool)
+
+    def next_alarm(rest: Track, now_s: float) -> float:
+        some = np.flatnonzero(unchecked)
+        met_s = first_detection(cars.take(some), rest, radius_m)
+        if len(some) == 0 or not np.isfinite(met_s).any():
+            return np.inf
+        unchecked[some[np.argmin(met_s)]] = False
+        return max(now_s, float(met_s.min()))
+
+    return next_alarm
+
+
 class Compared(NamedTuple):
     """Expected times with alarms, of a plan flown late and of one made anew after each."""
 
     late_s: tuple[float, ...]  # by sequence of alarms
     anew_s: tuple[float, ...]
+    late_found: tuple[float, ...] = ()  # probability of finding it
+    anew_found: tuple[float, ...] = ()
 
     @property
     def saved(self) -> float:
@@ -64,13 +105,11 @@ class Compared(NamedTuple):
         return 1.0 - ratio - half, 1.0 - ratio + half
 
 
-def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, anew: bool) -> Track:
+def with_alarms(mission: Mission, alarm: NextAlarm, lasts_s: float, *, anew: bool) -> Track:
     """Return the whole flight of a mission with false alarms.
 
     Parameters
     ----------
-    gaps_s
-        Times of search between alarms, seconds.
     lasts_s
         For how long the UAV stands still at each.
     anew
@@ -78,11 +117,8 @@ def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, an
     """
     problem = problem_of(mission.opened, NO_TARGETS)
     now_s, horizon_s = problem.uav.at_height.take_off_s, problem.objective.horizon_s
-    for gap_s in gaps_s:
-        now_s += gap_s
-        if now_s >= min(mission.plan.end_s, horizon_s):
-            break
-        now_s += lasts_s
+    while (alarm_s := alarm(mission.plan.tracks[0], now_s)) < min(mission.plan.end_s, horizon_s):
+        now_s = alarm_s + lasts_s
         try:
             going_on = mission.heard(Standing(now_s, late_s=lasts_s))
             is_settled = not anew or _left(mission, now_s) <= SETTLED
@@ -96,7 +132,7 @@ def with_alarms(mission: Mission, gaps_s: Sequence[float], lasts_s: float, *, an
 def compared(
     mission: Mission,
     targets: Futures,
-    sequences: Sequence[Floats],
+    sequences: Sequence[Callable[[], NextAlarm]],
     lasts_s: float,
     on_progress: Progress = silent,
 ) -> Compared:
@@ -107,19 +143,21 @@ def compared(
     mission
         At its take-off; it stays there.
     sequences
-        The times of search between alarms of each flight.
+        What makes the alarms of a flight, twice the same.
     """
     if len(mission.opened.scenario.uavs) > 1:
         raise InputError("--alarms: are those of one UAV, and the plan is for several")
-    late_s: list[float] = []
-    anew_s: list[float] = []
-    for done, gaps_s in enumerate(sequences):
+    late, anew = list[Evaluation](), list[Evaluation]()
+    for done, alarms in enumerate(sequences):
         on_progress(done, len(sequences))
-        for found, anew in ((late_s, False), (anew_s, True)):
+        for found, is_anew in ((late, False), (anew, True)):
             flown = Mission(mission.recorder, mission.plan, mission.method)
-            track = with_alarms(flown, gaps_s.tolist(), lasts_s, anew=anew)
-            found.append(_evaluated(flown, track, targets).expected_detection_time_s)
-    return Compared(tuple(late_s), tuple(anew_s))
+            track = with_alarms(flown, alarms(), lasts_s, anew=is_anew)
+            found.append(_evaluated(flown, track, targets))
+    return Compared(
+        *(tuple(one.expected_detection_time_s for one in some) for some in (late, anew)),
+        *(tuple(one.detection_probability for one in some) for some in (late, anew)),
+    )
 
 
 def _evaluated(mission: Mission, track: Track, targets: Futures) -> Evaluation:

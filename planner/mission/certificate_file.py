@@ -12,9 +12,10 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.bounds.certificate import Certificate, gap_of, proven_bound
+from planner.bounds.fleet_prices import fitting_bin_s
 from planner.bounds.flights import Prefix
 from planner.bounds.kernels.meetings import Motion, Pieces
-from planner.bounds.movements import Movements, pieces_of
+from planner.bounds.movements import pieces_of
 from planner.errors import InputError, NotApplicableError
 from planner.files import json_text, write_json
 from planner.futures.futures import Futures
@@ -50,7 +51,7 @@ def read_certificate(plan_file: Path) -> StoredCertificate | None:
     names = {field.name for field in fields(StoredCertificate)}
     try:
         return StoredCertificate(**{key: found[key] for key in found if key in names})
-    except (TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(
             f"{plan_file}: its certificate is broken ({error}); "
             f"`planner certify {plan_file.parent} --force` makes a new one"
@@ -145,13 +146,15 @@ def proof_of(
     of_problem = stored_certificate(problem, Certificate(0.0, 0.0, stored.plan_class))
     if not all(getattr(stored, key) == getattr(of_problem, key) for key in SAME):
         return None
-    movements = Movements(problem)
-    if stored.plan_class == "roads" and stored.bin_s != movements.fitting_bin_s:
+    if stored.plan_class == "roads" and stored.bin_s != fitting_bin_s(problem):
         return None
     try:
         proof = read_prices(plan_file.with_name(PRICES), len(problem.futures))
-        certificate = Certificate(0.0, stored.bound, stored.plan_class, stored.bin_s, proof)
-        proven = proven_bound(movements, certificate)
+        rate_per_s = np.inf if stored.rate_per_s is None else stored.rate_per_s
+        certificate = Certificate(
+            0.0, stored.bound, stored.plan_class, stored.bin_s, proof, rate_per_s=rate_per_s
+        )
+        proven = proven_bound(problem, certificate)
     except (InputError, NotApplicableError):
         return None
     slack = ROUNDING * max(1.0, problem.objective.most)

@@ -28,18 +28,16 @@ def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Probl
     return problem.replace(uav=uav, others=tuple(others))
 
 
-def refuse_fleet(plan: Plan) -> None:
-    """Do nothing if a plan is one flight, whose certificate is kept in files.
+def refuse_sorties(plan: Plan) -> None:
+    """Do nothing if each UAV of a plan flies once.
 
     Raises
     ------
     NotApplicableError
-        If it is that of a fleet.
+        If one flies more than once.
     """
-    if len(plan.tracks) > 1:
-        raise NotApplicableError(
-            "no files hold the certificate of a fleet yet; `planner compare --bound` bounds it"
-        )
+    if len({flight.uav for flight in plan.flights}) < len(plan.flights):
+        raise NotApplicableError("there is no bound yet for UAVs that fly more than once")
 
 
 def bounds_of_sets(

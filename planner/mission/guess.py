@@ -11,6 +11,7 @@ from planner.futures.futures import Futures
 from planner.futures.kinematic import kinematic_futures
 from planner.messages import percent
 from planner.mission.recorder import Recorder
+from planner.mission.traffic import on_its_clock
 from planner.network.signals import Signals, signals_of
 
 log = logging.getLogger(__name__)
@@ -25,7 +26,7 @@ def planning_guess(recorder: Recorder) -> Futures | None:
     if signals is None:
         return None
     horizon_s = recorder.opened.scenario.search.horizon_s
-    particles = recorder.planning_particles()
+    particles = on_its_clock(recorder.planning_particles(), recorder.opened.traffic)
     return kinematic_futures(recorder.opened.network, particles, signals, horizon_s=horizon_s)
 
 
@@ -82,7 +83,7 @@ def planning_clock_error(recorder: Recorder, recorded: Futures) -> ClockError | 
     if signals is None:
         return None
     network = recorder.opened.network
-    particles = recorder.planning_particles()
+    particles = on_its_clock(recorder.planning_particles(), recorder.opened.traffic)
     measured, calibration = np.arange(len(particles)), None
     if signals.actuated.any() and particles.driving != "constant" and len(particles) > 1:
         half = measured[: min(len(particles) // 2, MOST)]

@@ -16,6 +16,7 @@ from planner.futures.calibrate import calibrated
 from planner.futures.futures import Futures
 from planner.futures.kinematic import Calibration, kinematic_futures
 from planner.mission.opening import OpenScenario
+from planner.mission.traffic import on_its_clock
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import Signals, signals_of
 
@@ -49,10 +50,11 @@ def proposals(
     except InputError as error:
         log.warning("searched on SUMO's recordings alone, as there is no clock: %s", error)
         return None
-    drawn = recipe.particles(network)
+    drawn = on_its_clock(recipe.particles(network), opened.traffic)
     fitted = None
     if recorded is not None and signals.actuated.any() and drawn.driving != "constant":
-        fitted = _fitted(network, signals, planning(), recorded)
+        known = on_its_clock(planning(), opened.traffic)
+        fitted = _fitted(network, signals, known, recorded)
     return kinematic_futures(
         network, drawn, signals, horizon_s=recipe.horizon_s, calibration=fitted
     )

@@ -1,5 +1,6 @@
 """What a plan for one belief costs where another one is true: the regret of each under each."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from planner.belief.mixture import Mixture
@@ -7,11 +8,14 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.futures.none import NO_TARGETS
+from planner.messages import percent
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import holdout_for, problem_of
 from planner.mission.recorder import Recorder
 from planner.mission.trial import attempted
 from planner.progress import Progress, silent
+from planner.scenario.sections import Component
+from planner.scenario.toml_text import toml_text
 from planner.search.methods import Method
 
 MIXTURE = "all of them"
@@ -25,6 +29,7 @@ class Regrets:
     truths: tuple[str, ...]
     figure: tuple[tuple[float, ...], ...]  # by plan and truth: seconds, or a probability
     is_time: bool  # whether less is better
+    beliefs: tuple[str, ...] = ()  # what each belief is, in a line
 
     @property
     def regret(self) -> tuple[tuple[float, ...], ...]:
@@ -72,17 +77,36 @@ def regrets(
     alone = [_alone(opened, number) for number in range(len(parts))]
     recorders = [replace(recorder, opened=one) for one in alone]
     plans: list[Plan] = []
-    for number, one in enumerate([*recorders, recorder]):
-        on_progress(number, len(parts) + 1)
+    steps = 2 * len(parts) + 1
+    for number, (name, one) in enumerate(
+        zip((*names, MIXTURE), (*recorders, recorder), strict=True)
+    ):
+        on_progress(number, steps, f"a plan for {name}")
         plans.append(_planned(one, method))
     rows = [[0.0] * len(parts) for _ in plans]
     for truth, one in enumerate(recorders):
+        on_progress(len(plans) + truth, steps, f"all plans if {names[truth]} is true")
         fresh, problem = one.evaluation(targets).futures, problem_of(one.opened, NO_TARGETS)
         for number, plan in enumerate(plans):
             found = evaluate(plan.tracks, fresh, problem.sensor, problem.objective)
             rows[number][truth] = found.figure
+    on_progress(steps, steps)
     is_time = opened.scenario.search.objective == "time"
-    return Regrets((*names, MIXTURE), names, tuple(map(tuple, rows)), is_time)
+    figures = tuple(map(tuple, rows))
+    return Regrets((*names, MIXTURE), names, figures, is_time, told_apart(parts))
+
+
+def told_apart(parts: Sequence[Component]) -> tuple[str, ...]:
+    """Return what tells the components of a mixture apart, a line for each: weight, and keys."""
+    tables = [part.model_dump(mode="json", exclude_none=True) for part in parts]
+    total = sum(part.weight for part in parts)
+    keys = dict.fromkeys(key for table in tables for key in table if key != "weight")
+    apart = [key for key in keys if any(one.get(key) != tables[0].get(key) for one in tables)]
+    told = []
+    for part, table in zip(parts, tables, strict=True):
+        said = [f"{key} = {toml_text(table[key])}" for key in apart if key in table]
+        told.append(", ".join([percent(part.weight / total, 0), *said]))
+    return tuple(told)
 
 
 def _alone(opened: OpenScenario, number: int) -> OpenScenario:

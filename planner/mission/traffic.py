@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from planner.belief.particles import Particles
 from planner.clock import seconds
 from planner.errors import InputError
 from planner.futures.demand import Demand
@@ -66,6 +69,16 @@ def traffic_of(draft: Draft, network: RoadNetwork, permit: Permit = NO_PERMIT) -
     )
     _tell_left_out(traffic)
     return traffic
+
+
+def on_its_clock(particles: Particles, traffic: Traffic | None) -> Particles:
+    """Return particles that meet signals as they stand when traffic is warmed up.
+
+    Whoever drives without SUMO, by the signals alone, needs to know; in traffic SUMO begins there.
+    """
+    if traffic is None or particles.driving != "traffic":
+        return particles
+    return replace(particles, phase_s=np.full(len(particles), int(traffic.at_s), np.int32))
 
 
 def _config(

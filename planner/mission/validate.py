@@ -61,6 +61,19 @@ class Validation:
         """Whether the belief is wrong, as far as these truths can tell."""
         return any(check.is_off for check in self.checks)
 
+    @property
+    def smallest_seen(self) -> float:
+        """By how much a cloud has to cover less, or more, than it says for so many runs to see it.
+
+        At the check that sees best, as a share of all truths.
+        """
+        return min(check.coverage.half for check in self.checks)
+
+    @property
+    def can_show(self) -> bool:
+        """Whether so many runs could have shown anything: a cloud that covers no truth at all."""
+        return self.smallest_seen < COVERED
+
 
 def validated(
     cloud: Futures, truths: Futures, run: Ints, horizon_s: float, *, seed: int

@@ -1,6 +1,7 @@
 """What on-line planning is worth: Section 6 leaves open plans that change with what comes in."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,7 @@ import numpy as np
 from planner.detection.evaluate import evaluate
 from planner.experiments.condition import Condition
 from planner.experiments.results import Row
-from planner.flight.track import Track
-from planner.mission.alarms import Alarms, compared
+from planner.mission.alarms import Alarms, by_chance, compared
 from planner.mission.online import Remembering
 from planner.mission.planning import holdout_for, make_plan
 from planner.paper.claims import Claim, ResultsByName, markdown_table
@@ -23,16 +23,16 @@ from planner.streams import stream
 
 ARRIVALS_S = (1000.0, 2000.0, 4000.0)
 REPORTS = 2  # at each of these times
-ALARMS, SEQUENCES = Alarms(every_s=600.0, lasts_s=120.0), 2
+ALARMS, SEQUENCES = Alarms(every_s=600.0, lasts_s=120.0), 1
 HALF_WAY = 0.5
 SAVED = "saved"
 
 REPORT = "a report, 70 % sure, 1 km off, 5 minutes old"
 LATE = "a false alarm every 10 minutes, 2 minutes each"
-SECOND, THIRD = "a second UAV from the same place", "a third one"
+SECOND = "a second UAV from the same place"
 SILENCE = f"nothing, planned anew at {', '.join(f'{one:,.0f}' for one in ARRIVALS_S)} s"
 AFRESH = "nothing, planned afresh half-way, the old plan forgotten"
-WORTH, NOTHING = (REPORT, LATE, SECOND, THIRD), (SILENCE, AFRESH)
+WORTH, NOTHING = (REPORT, LATE, SECOND), (SILENCE, AFRESH)
 
 
 def online_of(condition: Condition) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def online_of(condition: Condition) -> dict[str, Any]:
     targets = recorder.evaluation(condition.targets).futures
     flight = Flight.planned(recorder, targets)
     found = {REPORT: _reported(flight, condition.seed), LATE: _alarmed(flight, condition.seed)}
-    found |= dict(zip((SECOND, THIRD), _fleets(condition, flight), strict=True))
+    found[SECOND] = flight.whole_s, _together_s(condition, flight)
     half_way_s = HALF_WAY * flight.plan.tracks[0].end_s
     for name, track in (
         (SILENCE, with_no_news(flight, *ARRIVALS_S)),
@@ -74,28 +74,21 @@ def _alarmed(flight: Flight, seed: int) -> tuple[float, float]:
     """Return the expected times with false alarms, flown late and planned anew after each."""
     horizon_s = flight.problem.objective.horizon_s
     gaps = [ALARMS.gaps_s(horizon_s, stream(seed, "alarms", k)) for k in range(SEQUENCES)]
-    found = compared(flight.mission(), flight.targets, gaps, ALARMS.lasts_s)
+    alarms = [partial(by_chance, one.tolist()) for one in gaps]
+    found = compared(flight.mission(), flight.targets, alarms, ALARMS.lasts_s)
     return float(np.mean(found.late_s)), float(np.mean(found.anew_s))
 
 
-def _fleets(condition: Condition, flight: Flight) -> Iterator[tuple[float, float]]:
-    """Yield the expected times of ever one UAV fewer and one more."""
-    before_s, objective = flight.whole_s, flight.problem.objective
-    for many in (2, 3):
-        tracks = _fleet(condition, many)
-        found = evaluate(tracks, flight.targets, flight.problem.sensor, objective)
-        yield before_s, found.expected_detection_time_s
-        before_s = found.expected_detection_time_s
-
-
-def _fleet(condition: Condition, many: int) -> tuple[Track, ...]:
-    """Return the flights of so many UAVs that are alike."""
-    start = condition.opened().scenario.uav.start
-    uav = {"start": start.model_dump(exclude_none=True)}
-    opened = condition.opened([f"uav={toml_text([uav] * many)}"])
+def _together_s(condition: Condition, flight: Flight) -> float:
+    """Return the expected time of two UAVs that are alike and planned together."""
+    start = condition.opened().scenario.uav.start.model_dump(exclude_none=True)
+    opened = condition.opened([f"uav={toml_text([{'start': start}] * 2)}"])
     recorder, best = Remembering(opened, 1), method_named("best")
     planning, holdout = recorder.planning().futures, holdout_for(best, recorder)
-    return make_plan(best, opened, recorder, planning, holdout=holdout).plan.tracks
+    tracks = make_plan(best, opened, recorder, planning, holdout=holdout).plan.tracks
+    problem = flight.problem
+    found = evaluate(tracks, flight.targets, problem.sensor, problem.objective)
+    return found.expected_detection_time_s
 
 
 def claims(found: ResultsByName) -> Iterator[Claim]:

@@ -137,7 +137,10 @@ def _sortie_faults(uav: UavSection) -> Iterator[Fault]:
 
 
 def sensor_faults(sensor: SensorSection) -> Iterator[Fault]:
-    """Yield what is wrong with how surely a sensor sees."""
+    """Yield what is wrong with how surely a sensor sees, and with what looks like the target."""
+    if (sensor.lookalike is None) != (sensor.check_s is None):
+        missing = "lookalike" if sensor.lookalike is None else "check_s"
+        yield Fault(f"sensor.{missing}", "is missing; lookalike and check_s go together")
     width_m = sensor.sweep_width_m
     if width_m is None:
         return

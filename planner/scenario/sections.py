@@ -24,6 +24,7 @@ from planner.scenario.values import (
     Hidden,
     Moment,
     Name,
+    Positive,
     PositiveSeconds,
     Radius,
     RoadTolerance,
@@ -195,6 +196,14 @@ class SensorSection(Section):
         default=None,
         description="in place of detects, how wide a swath a perfect sensor would sweep to find "
         "as many, in metres, at most twice the radius, or leave it out",
+    )
+    lookalike: Detects | None = Field(
+        default=None,
+        description="the share of the cars in traffic that look like the target and have to be "
+        "checked, such as 0.02, or leave it out",
+    )
+    check_s: Positive | None = Field(
+        default=None, description="for how many seconds each of these is looked at, such as 60"
     )
 
 

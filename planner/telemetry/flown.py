@@ -83,9 +83,8 @@ def flown(log: TrackLog, network: RoadNetwork, reading: Reading) -> Flown:
         If it lacks times or places, times fall, or it has nothing to do with the search; the
         message names the point.
     """
-    points = _points(
-        log, xy_of_log(log, network, reading.around_m), _own_s(log, reading), reading.law
-    )
+    own_s, _ = log.times(of_day=reading.sighted_at is not None or reading.take_off_s is not None)
+    points = _points(log, xy_of_log(log, network, reading.around_m), own_s, reading.law)
     heights: Literal["told", "never down", "none"] = "told"
     if np.isnan(points.height_m).any():
         heights = "none"
@@ -120,21 +119,6 @@ def flown(log: TrackLog, network: RoadNetwork, reading: Reading) -> Flown:
         breaks=int(is_break.sum()),
         unknown_s=float(np.diff(points.time_s)[is_break].sum()),
     )
-
-
-def _own_s(log: TrackLog, reading: Reading) -> Floats:
-    """Return the times of all points on the clock of the recording that is of use."""
-    utc, own = (np.isfinite(column) for column in (log.utc_s, log.time_s))
-    of_use = reading.sighted_at is not None or reading.take_off_s is not None
-    if utc.all() and (of_use or not own.all()):
-        return log.utc_s
-    if not own.all():
-        known = utc if utc.sum() >= own.sum() else own
-        raise InputError(
-            f"{log.at(int(np.argmin(known)))}: has no time; give a flight that was recorded, with "
-            "the time of each point"
-        )
-    return log.time_s
 
 
 def _points(log: TrackLog, xy_m: Floats, own_s: Floats, law: FlightLaw) -> _Points:

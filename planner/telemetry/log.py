@@ -39,6 +39,30 @@ class TrackLog(Frozen):
     def __len__(self) -> int:
         return len(self.number)
 
+    def times(self, *, of_day: bool) -> tuple[Floats, bool]:
+        """Return the times of all points, (K,) seconds, and whether they are since 1970.
+
+        Parameters
+        ----------
+        of_day
+            Whether times of day are wanted, where there are both.
+
+        Raises
+        ------
+        InputError
+            If points have neither.
+        """
+        utc, own = (np.isfinite(column) for column in (self.utc_s, self.time_s))
+        if utc.all() and (of_day or not own.all()):
+            return self.utc_s, True
+        if not own.all():
+            known = utc if utc.sum() >= own.sum() else own
+            raise InputError(
+                f"{self.at(int(np.argmin(known)))}: has no time; give what was recorded, with the "
+                "time of each point"
+            )
+        return self.time_s, False
+
     def at(self, k: int) -> str:
         """Return how a message begins that is about a point."""
         return f"{self.path}: {self.point} {self.number[k]}"

@@ -50,7 +50,7 @@ def test_the_earliest_sighting_is_offered(seed: int) -> None:
     floor = np.maximum(0.0, most_of - BELOW) * (seed % 2)  # the cheap price, or nothing
     movements = Movements(problem)
     table = table_of(movements, movements.fitting_bin_s)
-    table = table.narrowed(floor, floor < np.inf, table.starts)
+    table = table.narrowed(floor, np.ones(len(floor)), table.starts)
     for k, most in enumerate(most_of.tolist()):
         if most <= BELOW:
             continue

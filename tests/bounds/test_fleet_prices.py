@@ -68,7 +68,7 @@ def test_random_fleets_are_not_better_than_their_bounds(seed: int) -> None:
 def test_who_takes_off_after_the_horizon_changes_no_bound() -> None:
     first = on_figure3()
     late = joined(first, replace(first.uav, take_off_s=999.0))
-    alone, both = FleetTable.of(first), FleetTable.of(late)
+    alone, both = (FleetTable.of(one, 5.0) for one in (first, late))
     prices = np.full(len(first.futures), 100.0)
     assert both.bound(prices).reward == alone.bound(prices).reward
 

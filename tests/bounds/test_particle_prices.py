@@ -97,7 +97,7 @@ def test_what_a_leg_before_makes_worthless(seed: int) -> None:
     problem, rng = random_problem(seed), np.random.default_rng(seed)
     movements, table, radius_m = Movements(problem), small_table(problem), problem.sensor.radius_m
     hops, xy = movements.hops, problem.network.node_xy_m
-    first, particle, reward, known = table.columns.sightings
+    first, particle, reward, known, _ = table.columns.sightings
     first_into, into = table.columns.arrivals
     bins, told, as_soon = table.bins, np.flatnonzero(known), 0
     cell_of = np.searchsorted(first, np.arange(len(particle)), side="right") - 1

@@ -23,6 +23,7 @@ def test_a_belief_against_recorded_days(run: Commands, tmp_path: Path) -> None:
     assert right.code == 0
     assert "300 truths of 3 runs" in right.out
     assert "nothing is seen against the belief" in right.out
+    assert "the smallest effect that 3 runs could have seen: " in right.out
     covered = run("validate", "figure3", "--truths", *days, "--json").json["checks"]
     assert all(0.8 < check["covered"] <= 1.0 for check in covered)  # ties are not broken by noise
     assert all(len(line) <= 80 for line in right.out.splitlines())
@@ -41,3 +42,8 @@ def test_a_belief_against_unseen_realisations(run: Commands, tmp_path: Path) -> 
     some = ("--realisations", "2", "--each", "2", "--set", "search.horizon_s=20")
     found = run("validate", grid_scenario(tmp_path), *some, "--json").json
     assert (found["truths"], found["truth_runs"], found["particle_runs"]) == (4, 2, 2)
+    assert (found["is_off"], found["can_show"]) == (False, False)
+    assert found["smallest_seen"] >= 0.9
+    told = run("validate", grid_scenario(tmp_path), *some)
+    assert "nothing can be told from 2 runs" in told.out
+    assert "so few can show nothing: a belief that covers none would pass; take 20 runs" in told.out

@@ -14,6 +14,7 @@ from planner.futures import workers
 from planner.futures.record import SESSION, record, session_of, session_seed
 from planner.futures.rides import Ride, Session, drive_session
 from planner.futures.tracks import tracks_of_rides
+from planner.futures.worker import running
 from planner.futures.workers import in_processes
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
@@ -133,7 +134,7 @@ def test_a_killed_ride_is_driven_again_once(times: int, tmp_path: Path) -> None:
 def test_no_process_is_left() -> None:
     network = town()
     driven(session(particles_of(network, 4), network))
-    (worker,) = workers._all
+    (worker,) = running
     children = Path(f"/proc/{worker.process.pid}/task/{worker.process.pid}/children")
     assert children.read_bytes() == b""
 

@@ -10,6 +10,7 @@ import pytest
 
 from planner.errors import SumoError
 from planner.futures import workers
+from planner.futures.worker import running
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +35,7 @@ def test_processes_are_used_again() -> None:
 
 def test_no_more_processes_than_tasks() -> None:
     assert list(workers.in_processes(abs, [-1], workers=50)) == [1]
-    assert len(workers._all) == 1
+    assert len(running) == 1
 
 
 def test_an_error_is_raised_here_and_ends_the_others() -> None:
@@ -42,7 +43,7 @@ def test_an_error_is_raised_here_and_ends_the_others() -> None:
     with pytest.raises(ValueError, match="math domain") as raised:
         list(workers.in_processes(math.sqrt, [4.0, -1.0, 9.0], workers=1))
     assert "Traceback" in raised.value.__notes__[0]
-    assert not workers._all
+    assert not running
     assert time.monotonic() - begun < 20
 
 
@@ -60,7 +61,7 @@ def test_stopping_early_ends_the_processes() -> None:
     answers = workers.in_processes(abs, [-1, -2, -3], workers=1)
     assert next(answers) == 1
     answers.close()  # type: ignore[attr-defined]
-    assert not workers._all
+    assert not running
 
 
 def counted(upto: int) -> Iterator[int]:

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from planner.futures.futures import Futures
+from planner.futures.kinematic import kinematic_futures
 from planner.mission import guess
-from planner.mission.guess import planning_clock_error, reach_m, told_reach
+from planner.mission.guess import planning_clock_error, planning_guess, reach_m, told_reach
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.recorder import Recorder
-from planner.network.signals import Signals, signals_of
+from planner.network.signals import Signals, signal_cycle_s, signals_of
 from support.command_line import TOWN, Commands
+from support.queues import grid_scenario
 
 FEW = ["search.particles=8", "search.horizon_s=310"]
 
@@ -120,3 +122,22 @@ def test_a_net_whose_signals_cannot_be_read_has_none(
     recorder = Recorder(dataclasses.replace(whole, network=network), workers=1)
     assert planning_clock_error(recorder, recorded) is None
     assert "no kinematic clock: " in caplog.text
+
+
+def test_in_traffic_signals_stand_as_at_the_traffics_own_time(tmp_path: Path) -> None:
+    folder = grid_scenario(tmp_path)
+
+    def at(time_s: float) -> Futures:
+        overrides = [f"traffic.at={time_s}", "search.horizon_s=200"]
+        found = planning_guess(Recorder(open_scenario(folder, overrides=overrides)))
+        assert found is not None
+        return found
+
+    recorder = Recorder(open_scenario(folder, overrides=["search.horizon_s=200"]))
+    network = recorder.opened.network
+    first, later, again = at(30), at(52), at(30 + signal_cycle_s(network))
+    particles = dataclasses.replace(recorder.planning_particles(), phase_s=np.full(len(first), 52))
+    expected = kinematic_futures(network, particles, signals_of(network), horizon_s=200.0)
+    assert np.array_equal(later.time_s, expected.time_s)
+    assert not np.allclose(first.driven_m(200.0), later.driven_m(200.0))
+    assert np.array_equal(first.time_s, again.time_s)

@@ -23,8 +23,16 @@ def test_a_plan_regrets_nothing_under_its_own_belief() -> None:
 
 def test_each_belief_is_planned_for_and_judged_under_each() -> None:
     recorder = Recorder(open_scenario("grid5x5", overrides=(MIX, *SMALL)), workers=1)
-    found = regrets(recorder, method_named("rate"))
+    told: list[tuple[int, int, str]] = []
+    found = regrets(recorder, method_named("rate"), lambda *said: told.append((*said, "")[:3]))
+    assert [done for done, _, _ in told] == [0, 1, 2, 3, 4, 5]
+    assert {total for _, total, _ in told} == {5}
+    assert told[3][2] == "all plans if 1 is true"
     assert found.planned_for == ("1", "2", "all of them")
+    assert found.beliefs == (
+        '50 %, start = { "r0c0-r0c1" = 1.0 }',
+        '50 %, start = { "r0c0-r1c0" = 1.0 }',
+    )
     assert all(len(row) == 2 for row in found.figure)
     assert found.regret[0][1] > 0.1  # it is looked for on the other side of the diagonal
     assert found.regret[1][0] > 0.1

@@ -17,7 +17,6 @@ SMALL = ("search.particles=300", "search.work=400")
 
 @pytest.mark.long
 def test_what_comes_in_is_worth_something(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(online, "SEQUENCES", 1)
     monkeypatch.setattr(online, "REPORTS", 1)
     monkeypatch.setattr(online, "ALARMS", Alarms(every_s=2000.0, lasts_s=120.0))
     first = read_experiment("online", STUDIES).only(["uav.start.distance_m=60000"]).conditions()[0]
@@ -28,7 +27,6 @@ def test_what_comes_in_is_worth_something(monkeypatch: pytest.MonkeyPatch) -> No
         assert row["saved"] == pytest.approx(1.0 - row["anew_s"] / row["as_planned_s"])
         assert 0.0 < row["anew_s"] <= 10_000.0
     assert found[online.SECOND]["saved"] > 0.05
-    assert found[online.THIRD]["as_planned_s"] == found[online.SECOND]["anew_s"]
 
 
 def test_two_claims_with_a_row_for_each_thing_that_comes_in() -> None:

@@ -1,9 +1,9 @@
 """Sensors that miss, fleets, news in flight, wrong beliefs: every figure beside what it must reach.
 
 Most is measured on the 5 x 5 grid from 60, 120 and 300 km, on 65,536 common fresh targets. The
-whole takes about an hour of CPU, and more the first time, when towns are recorded; times of answers
-are by the clock, so leave the computer alone meanwhile. --small shows in a few minutes that all
-works, and no more.
+whole takes about three hours of CPU, most of it for reports and alarms, and more when towns have to
+be recorded first; times of answers are by the clock, so leave the computer alone meanwhile. --small
+shows in some minutes that all works, and no more.
 
 python tools/benchmark.py --online [--only news] [--km 120] [--small]
 """

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.bounds.kernels.exposure import flown_in_reach, longest_contact
 from planner.bounds.kernels.meetings import (
     Motion,
     Pieces,
@@ -65,12 +66,24 @@ class Encounter(NamedTuple):
     high: int  # the last one
 
 
+class Reached(NamedTuple):
+    """For how long a hop that begins in each bin has particles in reach, (bins, N) seconds each.
+
+    Where the sensor misses nothing, nobody asks, and there are no bins.
+    """
+
+    total_s: Floats  # at most, of all its parts together
+    from_s: Floats  # after the hop's start, at the earliest
+    to_s: Floats  # at the latest
+
+
 class Sight(NamedTuple):
     """What a hop that begins in each bin may see."""
 
     at_s: Floats  # (bins, N) at the earliest, seconds; infinity: never
     found: Ints  # (bins * N,) which of these, row by row, are finite, in any order
     many: Ints  # (1,) how many
+    reached: Reached
 
 
 class Seen(NamedTuple):
@@ -79,29 +92,14 @@ class Seen(NamedTuple):
     counts: Offsets  # (starts,) how many sightings each start has
     particle: Ints  # (M,)
     at_s: Floats  # (M,) seconds
+    lasts_s: Floats  # (M,) for how long, at most; (0,) where nobody asks
 
 
-class Sightings(NamedTuple):
-    """Sightings of legs, sorted by leg and bin."""
-
-    first: Offsets  # (legs * bins + 1,) where the sightings of a leg from a bin start
-    particle: Ints  # (M,)
-    reward: Floats  # (M,) times the particle's weight
-
-
-class LegBefore(NamedTuple):
-    """A leg that may be flown just before a hop."""
-
-    leg: int
-    least: int  # how many bins before the hop it begins,
-    most: int  # or one more
-    seen_before: Flags  # (bins, N) whom it leaves out, by the bin in which it begins
-
-
-def blank(bins: int, particles: int) -> Sight:
-    """Return a sight of nobody."""
-    at_s = np.full((bins, particles), np.inf)
-    return Sight(at_s, np.empty(bins * particles, np.int64), np.zeros(1, np.int64))
+def blank(bins: int, particles: int, *, lasting: bool = False) -> Sight:
+    """Return a sight of nobody, which notes for how long if that is asked for."""
+    at_s, shape = np.full((bins, particles), np.inf), (bins if lasting else 0, particles)
+    reached = Reached(np.zeros(shape), np.full(shape, np.inf), np.full(shape, -np.inf))
+    return Sight(at_s, np.empty(bins * particles, np.int64), np.zeros(1, np.int64), reached)
 
 
 @compiled
@@ -195,7 +193,27 @@ def pass_by(
                 out.found[out.many[0]] = i * out.at_s.shape[1] + k
                 out.many[0] += 1
             out.at_s[i, k] = first_s
+        if first_s < np.inf and len(out.reached.total_s) > 0:
+            note_reached(part, target, Span(from_s, to_s), reach_m, out.reached, (i, k))
         from_s, before_s = to_s, after_s
+
+
+@compiled
+def note_reached(
+    part: Straight,
+    target: Straight,
+    starts: Span,
+    reach_m: float,
+    out: Reached,
+    at: tuple[int, int],
+) -> None:
+    """Note for how long flights that begin within a span have a target in reach."""
+    flown = flown_in_reach(part, target, starts, reach_m)
+    if flown.to_s > flown.from_s:
+        longest_s = longest_contact(part, target, starts, reach_m)
+        out.total_s[at] += min(longest_s, flown.to_s - flown.from_s)
+        out.from_s[at] = min(out.from_s[at], flown.from_s)
+        out.to_s[at] = max(out.to_s[at], flown.to_s)
 
 
 @compiled
@@ -204,27 +222,6 @@ def bins_with(bins: Bins, starts: Span) -> tuple[int, int]:
     low = np.ceil((starts.from_s - bins.first_s) / bins.step_s - 0.5 - ROUNDING)
     high = np.floor((starts.to_s - bins.first_s) / bins.step_s + 0.5 + ROUNDING)
     return max(0, int(max(low, -1.0))), min(bins.total - 1, int(min(high, float(bins.total))))
-
-
-@compiled
-def fly(
-    hops: Motion, hop: Ints, start_s: float, pieces: Pieces, reach_m: float, out: Floats
-) -> None:
-    """Lower ``out`` (hops, N) to when each of some hops, begun at once, first sees each particle.
-
-    Parameters
-    ----------
-    hops
-        The motions of all of them, by seconds after their start.
-    hop
-        Whose each motion is.
-    """
-    for p in range(len(pieces.particle)):
-        target, k = straight_of(pieces.motion, p), pieces.particle[p]
-        if target.to_s >= start_s:
-            for s in range(len(hop)):
-                seen_s = meeting(straight_of(hops, s), target, start_s, reach_m)
-                out[hop[s], k] = min(out[hop[s], k], seen_s)
 
 
 @compiled
@@ -258,37 +255,19 @@ def listed(sight: Sight, until_s: float, seen_before: Flags) -> Seen:
         counts[i] += kept[n]
     row = np.cumsum(counts) - counts
     particle, at_s = np.empty(counts.sum(), np.int32), np.empty(counts.sum())
+    reached, asked = sight.reached, len(sight.reached.total_s) > 0
+    lasts_s = np.empty(len(at_s) if asked else 0)
     for n in range(len(found)):
         i, k = found[n] // particles, found[n] % particles
         if kept[n]:
             particle[row[i]], at_s[row[i]] = k, sight.at_s[i, k]
+            if asked:
+                whole_s = max(0.0, reached.to_s[i, k] - reached.from_s[i, k])
+                lasts_s[row[i]] = min(reached.total_s[i, k], whole_s)
             row[i] += 1
         sight.at_s[i, k] = np.inf
+        if asked:
+            reached.total_s[i, k], reached.from_s[i, k] = 0.0, np.inf
+            reached.to_s[i, k] = -np.inf
     sight.many[0] = 0
-    return Seen(counts, particle, at_s)
-
-
-@compiled
-def known_after(sightings: Sightings, leg: int, before: LegBefore, bit: int, known: Ints) -> None:
-    """Set a bit in ``known`` (M,) for each sighting of a leg that is worth nothing after another.
-
-    The leg before, in whichever bin it begins, leaves the particle out as seen before, or may see
-    it with as great a reward.
-    """
-    first, particle, reward = sightings
-    bins, particles = before.seen_before.shape
-    least, most = before.least, before.most
-    earned = np.zeros(particles)
-    for i in range(most, bins):
-        rows = slice(first[leg * bins + i], first[leg * bins + i + 1])
-        known[rows] |= np.uint8(1 << bit)
-        for j in range(i - most, i - least + 1):
-            begin, end = first[before.leg * bins + j], first[before.leg * bins + j + 1]
-            for e in range(begin, end):
-                earned[particle[e]] = reward[e]
-            for e in range(rows.start, rows.stop):
-                k = particle[e]
-                if not (before.seen_before[j, k] or earned[k] >= reward[e]):
-                    known[e] &= ~np.uint8(1 << bit)
-            for e in range(begin, end):
-                earned[particle[e]] = 0.0
+    return Seen(counts, particle, at_s, lasts_s)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Floats, Ints
-from planner.detection.kernels.closest_approach import first_within
+from planner.detection.kernels.closest_approach import Vector, first_within, while_within
 from planner.jit import compiled
 
 PARALLEL = 1e-9  # sine of the angle between two ways, below which they never cross
@@ -69,17 +69,41 @@ def straight_of(motion: Motion, i: int) -> Straight:
 @compiled
 def meeting(part: Straight, target: Straight, start_s: float, reach_m: float) -> float:
     """Return the first second at which a part of a flight, begun then, has a target in reach."""
-    on_s = max(start_s + part.from_s, target.from_s)
-    off_s = min(start_s + part.to_s, target.to_s)
-    if on_s > off_s:
+    both = both_on(part, target, start_s)
+    if both.from_s > both.to_s:
         return np.inf
-    flown_s, moved_s = on_s - start_s - part.from_s, on_s - target.from_s
+    offset, drift = seen_from(part, target, start_s, both.from_s)
+    return float(both.from_s + first_within(offset, drift, both.to_s - both.from_s, reach_m))
+
+
+@compiled
+def contact(part: Straight, target: Straight, start_s: float, reach_m: float) -> Span:
+    """Return while a part of a flight, begun then, has a target in reach; empty if never."""
+    both = both_on(part, target, start_s)
+    if both.from_s > both.to_s:
+        return both
+    offset, drift = seen_from(part, target, start_s, both.from_s)
+    within = while_within(offset, drift, both.to_s - both.from_s, reach_m)
+    return Span(both.from_s + within.from_s, both.from_s + within.to_s)
+
+
+@compiled
+def both_on(part: Straight, target: Straight, start_s: float) -> Span:
+    """Return while a part of a flight, begun then, and a target are both on their ways."""
+    return Span(max(start_s + part.from_s, target.from_s), min(start_s + part.to_s, target.to_s))
+
+
+@compiled
+def seen_from(
+    part: Straight, target: Straight, start_s: float, moment_s: float
+) -> tuple[Vector, Vector]:
+    """Return place and velocity of a target at a moment, from a flight begun at ``start_s``."""
+    flown_s, moved_s = moment_s - start_s - part.from_s, moment_s - target.from_s
     offset = (
         target.x_m + target.vx_mps * moved_s - part.x_m - part.vx_mps * flown_s,
         target.y_m + target.vy_mps * moved_s - part.y_m - part.vy_mps * flown_s,
     )
-    drift = (target.vx_mps - part.vx_mps, target.vy_mps - part.vy_mps)
-    return float(on_s + first_within(offset, drift, off_s - on_s, reach_m))
+    return offset, (target.vx_mps - part.vx_mps, target.vy_mps - part.vy_mps)
 
 
 @compiled

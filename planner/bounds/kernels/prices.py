@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Flags, Floats, Ints, Offsets
+from planner.arrays import Floats, Ints, Offsets
 from planner.bounds.kernels.hops import Lasting
 from planner.jit import compiled
 
@@ -22,9 +22,12 @@ class SightingColumns(NamedTuple):
     first: Offsets  # (cells + 1,) where a cell's sightings start
     particle: Ints  # (M,)
     reward: Floats  # (M,) times the particle's weight
-    # (M,) bit b is set where the sighting is worth nothing after the b-th leg into the hop's first
+    # (M,) bit b is set where the sighting is worth less after the b-th leg into the hop's first
     # node, flown just before
     known: Ints
+    # (M, 2) what share of it counts, and what share after such a leg; (1, 2) if all are alike, as
+    # where nobody is missed
+    odds: Floats
 
 
 class HopColumns(NamedTuple):
@@ -56,7 +59,8 @@ class Start(NamedTuple):
 
     node: int
     bin: int
-    reward: Floats  # (N,) of what is seen until there
+    reward: Floats  # (N,) of what is seen until there, at most
+    missed: Floats  # (N,) how probably each is unseen there
 
 
 class Choice(NamedTuple):
@@ -67,19 +71,30 @@ class Choice(NamedTuple):
 
 
 @compiled
+def odds_of(sightings: SightingColumns, e: int) -> tuple[float, float]:
+    """Return what share of a sighting counts, and what share after a leg that knows it."""
+    row = min(e, len(sightings.odds) - 1)
+    return float(sightings.odds[row, 0]), float(sightings.odds[row, 1])
+
+
+@compiled
+def counted(sightings: SightingColumns, e: int, bit: int) -> float:
+    """Return what share of a sighting counts after the leg that ``bit`` names."""
+    share, again = odds_of(sightings, e)
+    return again if bit != NOTHING and (sightings.known[e] >> bit) & 1 else share
+
+
+@compiled
 def surplus(prices: Floats, sightings: SightingColumns, cell: int, bit: int) -> float:
-    """Return what a hop's sightings earn above prices, without those known after a leg.
+    """Return what a hop's sightings earn above prices, less of those known after a leg.
 
     ``bit`` names the leg.
     """
     total = 0.0
-    if bit == NOTHING:
-        for e in range(sightings.first[cell], sightings.first[cell + 1]):
-            total += max(0.0, sightings.reward[e] - prices[sightings.particle[e]])
-    else:
-        for e in range(sightings.first[cell], sightings.first[cell + 1]):
-            if not (sightings.known[e] >> bit) & 1:
-                total += max(0.0, sightings.reward[e] - prices[sightings.particle[e]])
+    for e in range(sightings.first[cell], sightings.first[cell + 1]):
+        gain = sightings.reward[e] - prices[sightings.particle[e]]
+        if gain > 0.0:
+            total += gain * counted(sightings, e, bit)
     return total
 
 
@@ -94,11 +109,12 @@ def known_surplus(prices: Floats, sightings: SightingColumns, cell: int, known: 
     for e in range(sightings.first[cell], sightings.first[cell + 1]):
         gain = sightings.reward[e] - prices[sightings.particle[e]]
         if gain > 0.0:
-            total += gain
+            share, again = odds_of(sightings, e)
+            total += gain * share
             bits, b = sightings.known[e], 0
             while bits:
                 if bits & 1:
-                    known[b] += gain
+                    known[b] += gain * (share - again)
                 bits >>= 1
                 b += 1
     return total
@@ -161,9 +177,8 @@ def best_path(
         bit = bit if choice.hop < hops.legs else NOTHING
         for e in range(sightings.first[cell], sightings.first[cell + 1]):
             particle = sightings.particle[e]
-            is_new = bit == NOTHING or not (sightings.known[e] >> bit) & 1
-            if is_new and sightings.reward[e] > prices[particle]:
-                counts[particle] += 1.0
+            if sightings.reward[e] > prices[particle]:
+                counts[particle] += counted(sightings, e, bit)
         node, i = hops.to_node[choice.hop], choice.bin
         last = choice.hop if choice.hop < hops.legs else NOTHING
 
@@ -209,9 +224,12 @@ def most_onward(
     table: PriceTable,
     value_to_go: Floats,
     at: tuple[int, int],
-    unseen: Flags,
+    left: Floats,
 ) -> float:
-    """Return the most that flights on from a node and bin earn above prices, some being seen."""
+    """Return the most that flights on from a node and bin earn above prices, some being seen.
+
+    ``left`` (N,) is what share of each particle's sightings by the first hop still counts.
+    """
     (node, i), hops, sightings = at, table.hops, table.sightings
     nodes, hop_count = len(table.arrivals.first) - 1, len(hops.from_node)
     most = 0.0
@@ -223,29 +241,42 @@ def most_onward(
             cell = i * hop_count + hop
             for e in range(sightings.first[cell], sightings.first[cell + 1]):
                 particle = sightings.particle[e]
-                if unseen[particle]:
-                    value += max(0.0, sightings.reward[e] - prices[particle])
+                gain = sightings.reward[e] - prices[particle]
+                if gain > 0.0:
+                    value += gain * left[particle] * counted(sightings, e, NOTHING)
             most = max(most, value)
     return most
 
 
 @compiled
-def narrowed(sightings: SightingColumns, least: Floats, since: int) -> SightingColumns:
-    """Return the sightings from a cell on that earn more than the ``least`` of their particle."""
+def narrowed(
+    sightings: SightingColumns, least: Floats, left: Floats, since: int
+) -> SightingColumns:
+    """Return the sightings from a cell on that earn more than the ``least`` of their particle.
+
+    Their rewards are those of what is ``left`` (N,) of it, rounded up.
+    """
     first = np.zeros(len(sightings.first), dtype=np.int64)
     # One more than can be left: each is written, and then kept or overwritten.
     most = sightings.first[-1] - sightings.first[since] + 1
     particle = np.empty(most, sightings.particle.dtype)
     reward = np.empty(most, sightings.reward.dtype)
-    known = np.empty(most, sightings.known.dtype)
+    known, alike = np.empty(most, sightings.known.dtype), len(sightings.odds) == 1
+    odds = sightings.odds if alike else np.empty((most, 2), sightings.odds.dtype)
     n = 0
     for cell in range(since, len(first) - 1):
         for e in range(sightings.first[cell], sightings.first[cell + 1]):
-            particle[n], reward[n] = sightings.particle[e], sightings.reward[e]
-            known[n] = sightings.known[e]
-            n += sightings.reward[e] > least[sightings.particle[e]]
+            particle[n], known[n] = sightings.particle[e], sightings.known[e]
+            exact = sightings.reward[e] * left[particle[n]]
+            reward[n] = exact
+            if reward[n] < exact:
+                reward[n] = np.nextafter(reward[n], np.float32(np.inf))
+            if not alike:
+                odds[n] = sightings.odds[e]
+            n += sightings.reward[e] > least[particle[n]]
         first[cell + 1] = n
-    return SightingColumns(first, particle[:n], reward[:n], known[:n])
+    odds = odds if alike else odds[:n]
+    return SightingColumns(first, particle[:n], reward[:n], known[:n], odds)
 
 
 @compiled
@@ -267,12 +298,15 @@ def by_bin(sightings: SightingColumns, hops: int) -> SightingColumns:
             count = sightings.first[source + 1] - sightings.first[source]
             first[cell + 1] = first[cell] + count
     particle, reward = np.empty_like(sightings.particle), np.empty_like(sightings.reward)
-    known = np.empty_like(sightings.known)
+    known, alike = np.empty_like(sightings.known), len(sightings.odds) == 1
+    odds = sightings.odds if alike else np.empty_like(sightings.odds)
     for i in range(bins):
         for hop in range(hops):
             n, source = first[i * hops + hop], hop * bins + i
             for e in range(sightings.first[source], sightings.first[source + 1]):
                 particle[n], reward[n] = sightings.particle[e], sightings.reward[e]
                 known[n] = sightings.known[e]
+                if not alike:
+                    odds[n] = sightings.odds[e]
                 n += 1
-    return SightingColumns(first, particle, reward, known)
+    return SightingColumns(first, particle, reward, known, odds)
