@@ -105,6 +105,12 @@ def test_it_is_the_same_again_and_not_written_over(
     said = run(*again, tmp_path / "again")
     assert (said.code, said.err.count("\n")) == (2, 1)
     assert "--force" in said.err
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    said = run(*again, tmp_path / "mine")
+    assert (said.code, said.err.count("\n")) == (2, 1)
+    assert "mine: is not empty; " in said.err
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
 
 def test_the_scorer_shares_no_code() -> None:
