@@ -128,9 +128,13 @@ def test_scenarios_in_the_text_are_sound(page: str, tmp_path: Path) -> None:
         r'"(\S+\.(?:(?:net|nod|edg)\.xml|sumocfg))"', " ".join([written, *parts])
     ):
         (tmp_path / name).touch()
-    without_uav = re.sub(r"^\[uav\]\n(?:[^\[\n].*\n)*", "", written, flags=re.MULTILINE)
     for part in ("", *parts):
-        base = without_uav if "[[uav]]" in part else written
+        base = written
+        for section in re.findall(r"^\[\[(\w+)\]\]", part, flags=re.MULTILINE):
+            table = (
+                rf"^\[{section}\].*\n(?:[^\[\n].*\n)*"  # which a list of them takes the place of
+            )
+            base = re.sub(table, "", base, flags=re.MULTILINE)
         (tmp_path / "scenario.toml").write_text(f"{base}\n{part}")
         assert read_draft(tmp_path).faults == ()
 

@@ -5,14 +5,13 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow
-import pyarrow.parquet
 import pytest
 
 from planner.bounds.certificate import Effort, certified
@@ -26,14 +25,16 @@ from planner.search.rate import rate_order
 from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.certified_runs import reseal, write_certified
+from support.forger import TOOLS, Forger, verdicts
 from support.grid_instance import grid_futures, grid_problem
 
-TOOLS = Path(__file__).parents[1] / "tools"
 JSON = ("plan.json", "run.json", "net.json")
 CHECKER = (
     "verify.py",
     "verify_inputs.py",
     "verify_files.py",
+    "verify_misses.py",
+    "verify_uavs.py",
     "verify_flight.py",
     "verify_plan.py",
     "verify_times.py",
@@ -72,72 +73,7 @@ def hovering_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def verdict(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[[Path], int]:
-    """The exit code of verify.py; a refusal is one line, and nothing ends in a traceback."""
-    monkeypatch.syspath_prepend(TOOLS)
-    main = import_module("verify").main
-
-    def code(folder: Path) -> int:
-        capsys.readouterr()
-        found: int = main([str(folder)])
-        said = capsys.readouterr()
-        assert len(said.err.splitlines()) == (found == 2)
-        assert said.err.isprintable() or said.err.strip("\n").isprintable()
-        assert (found == 1) == ("WRONG" in said.out)
-        return found
-
-    return code
-
-
-@dataclass
-class Forger:
-    """A copy of a run, whose files are changed."""
-
-    folder: Path
-
-    def json(self, name: str) -> Any:
-        return json.loads((self.folder / name).read_text(encoding="utf-8"))
-
-    def write(self, name: str, content: Any) -> None:
-        (self.folder / name).write_text(json.dumps(content), encoding="utf-8")
-
-    def put(self, name: str, *keys: Any) -> None:
-        """Change one value of a JSON file; run.json keeps its digest of the plan true."""
-        content = self.json(name)
-        *way, last, value = keys
-        place = content
-        for key in way:
-            place = place[key]
-        place[last] = value(place[last]) if callable(value) else value
-        self.write(name, content)
-        reseal(self.folder)
-
-    def drop(self, name: str, *keys: Any) -> None:
-        content = self.json(name)
-        *way, last = keys
-        place = content
-        for key in way:
-            place = place[key]
-        del place[last]
-        self.write(name, content)
-
-    def text(self, name: str, old: str, new: str) -> None:
-        path = self.folder / name
-        text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new, 1), encoding="utf-8")
-
-    def column(self, name: str, column: str, values: Any, kind: Any = None) -> None:
-        path = self.folder / name
-        table = pyarrow.parquet.read_table(path)
-        if callable(values):
-            values = values(table[column].to_pylist())
-        new = pyarrow.array(values, kind)
-        table = table.set_column(table.column_names.index(column), column, new)
-        pyarrow.parquet.write_table(table, path)
-
-    def table(self, name: str, change: Callable[[Any], Any]) -> None:
-        path = self.folder / name
-        pyarrow.parquet.write_table(change(pyarrow.parquet.read_table(path)), path)
+    return verdicts(monkeypatch, capsys)
 
 
 def link(forger: Forger) -> None:
@@ -548,9 +484,9 @@ def test_nodes_at_one_place_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(TOOLS)
     checker = import_module("verify_bound")
     roads = [(a, b, at_one[[a, b]]) for a, b in ends if last not in (a, b)]
-    given = checker.Given(3000.0, 500.0, "roads", True, 100.0, None, 1.0, None)
+    uav = checker.Uav(0.0, (-1e4, 1e4), 100.0, None)
     with np.errstate(all="ignore"):
-        found = checker.Hops(checker.Net(at_one, roads), complex(-1e4, 1e4), given)
+        found = checker.Hops(checker.Net(at_one, roads), uav, 1.0)
     assert {(0, last), (last, 0)} <= set(zip(found.start.tolist(), found.end.tolist(), strict=True))
     assert found.lasts_s.min() == 0.0
 

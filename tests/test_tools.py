@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -141,3 +142,41 @@ def test_targets_turn_back_on_the_way_they_came(monkeypatch: pytest.MonkeyPatch)
         before_s = np.linspace(0.0, turns_s, 30)
         np.testing.assert_allclose(back.xy(k, before_s), futures.xy(k, before_s))
         np.testing.assert_allclose(back.xy(k, 2.0 * turns_s - before_s), back.xy(k, before_s))
+
+
+# The table of gaps
+
+
+@pytest.fixture
+def gaps(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(TOOLS))
+    return import_module("benchmarks.certificate")
+
+
+def test_gaps_stand_beside_those_aimed_at(gaps: Any) -> None:
+    near = gaps.Condition("near", 60.0, aims=(0.05, 0.02))
+    points = [gaps.Point(60.5, 1100.0, 1000.0, 0.1), gaps.Point(600.2, 1010.0, 1000.0, 0.01)]
+    rows = [gaps.Row(near, points), gaps.Row(gaps.Condition("far"), (), "too large a table")]
+    assert gaps.table(rows, 600.0).splitlines()[2:] == [
+        "| near | 1,010.0 | 1,000.0 | **10.00** | 5 | 1.00 | 2 |",
+        "| far |  | none | - | - | - | - |",
+    ]
+    assert "| **10.00** | 5 | - | 2 |" in gaps.table([gaps.Row(near, points[:1])], 60.0)
+    soon = [gaps.Row(near, [gaps.Point(3.0, 1000.0, 1000.0, 0.0)])]
+    assert "| 0.00 | 5 | 0.00 | 2 |" in gaps.table(soon, 60.0)
+
+
+def test_gaps_that_are_known_when_it_is_interrupted_are_printed(
+    gaps: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def curve(condition: Any, *_: object) -> list[Any]:
+        if condition.name == "120 km":
+            signal.raise_signal(signal.SIGINT)
+        return [gaps.Point(1.0, 200.0, 200.0, 0.0)]
+
+    monkeypatch.setattr(gaps, "curve", curve)
+    assert gaps.main(["--only", "60 km", "--only", "120 km"]) == 130
+    said = capsys.readouterr()
+    assert said.out.splitlines()[2:] == ["| 60 km | 200.0 | 200.0 | 0.00 | 0 | 0.00 | 0 |"]
+    assert "2 of 2: 120 km; about " in said.err
+    assert gaps.main(["--only", "60 km"]) == 0

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -17,12 +18,21 @@ from verify_bound import NEVER, PLANE, Hops, RoadBound
 from verify_files import Array, RefusedError, one_line, shown
 from verify_flight import are_flown, legs_named, legs_on
 from verify_inputs import Claim, Inputs, read_inputs
+from verify_misses import contacts
+from verify_odds import Search, fate
 from verify_odds import claims as odds_claims
 from verify_sight import Motion, Route, Window, first_in_reach, near_pairs, reward_of, segments
+from verify_uavs import Flight
+
+Look: TypeAlias = tuple[Route, list[Window]]  # a flight, and when it sees
 
 TOLERANCE = 1e-6  # by which a figure may be off, as a share of it or, below one, of one
 EXACT = 1e-9  # the same for figures that rest on no more than places and times
 OFF_M = 1e-4  # by how much all parts of a flight together may be longer than time times speed
+
+
+def _route(flight: Flight) -> Route:
+    return Route(flight.waypoints[:, 0], flight.waypoints[:, 1:] @ PLANE)
 
 
 class Run:
@@ -30,34 +40,60 @@ class Run:
 
     def __init__(self, inputs: Inputs) -> None:
         self.inputs, self.given, self.prices = inputs, inputs.given, inputs.prices
-        self.route = Route(inputs.waypoints[:, 0], inputs.waypoints[:, 1:] @ PLANE)
         of, self.weight = inputs.motion, inputs.weight  # (N,) probability
         place, velocity = of["x_m"] + 1j * of["y_m"], of["vx_mps"] + 1j * of["vy_mps"]
         self.motion = Motion(of["particle"], of["from_s"], of["to_s"], place, velocity)
 
     def claims(self) -> Iterator[Claim]:
         """Yield each claim beside what is found."""
-        given, (time_s, place), most = self.given, self.route, self._most_of_all_flights()
-        late_m = abs(np.diff(place)) - given.speed_mps * np.diff(time_s)
+        given, hops = self.given, list[Hops]()
+        if given.plan_class == "roads":
+            hops = [Hops(self.inputs.net, uav, given.bin_s) for uav in given.uavs]
+        yield from self.inputs.record
+        yield self._weights()
+        looks = list[Look]()
+        for flight in self.inputs.flights:
+            fits, watched = self._flown(flight, hops[flight.uav] if hops else None)
+            whose = f"UAV {flight.uav + 1}: " if len(given.uavs) > 1 else ""
+            yield Claim(f"{whose}flight as its class allows", True, fits, 1 - fits)
+            route = _route(flight)
+            looks.append((route, self._on(flight, route, watched)))
+        yield from self._figures(looks)
+        most = self._most_of_all_flights()
+        yield self._bound(min(most, self._most_by_prices(hops)) if hops else most)
+
+    def _flown(self, flight: Flight, hops: Hops | None) -> tuple[bool, list[int]]:
+        """Tell whether a flight is one of its class, and on which parts it may see if not on all.
+
+        Parameters
+        ----------
+        hops
+            Those of its UAV, of which road plans consist; otherwise None.
+        """
+        uav, named, net = self.given.uavs[flight.uav], flight.legs, self.inputs.net
+        time_s, place = _route(flight)
+        late_m = abs(np.diff(place)) - uav.speed_mps * np.diff(time_s)
         watched: list[int] = np.flatnonzero(np.diff(place) == 0).tolist()
-        off_m, named, net = np.maximum(0.0, late_m), self.inputs.legs, self.inputs.net
-        fits = not named
-        if given.plan_class == "roads":  # these are never early either
-            hops, off_m = Hops(net, place[0], given), abs(late_m)
+        off_m, fits = np.maximum(0.0, late_m), not named
+        if hops is not None:  # these are never early either
+            off_m = abs(late_m)
             legs = legs_on(time_s, place, hops.routes[: hops.legs], hops.nodes)
             fits = legs is not None and are_flown(named, legs, time_s, net)
             watched = [i for leg in legs or () for i in leg.parts]
-            most = min(most, RoadBound(self, hops).reward())
-        elif named and self.inputs.law is not None:
+        elif named and flight.law is not None:
             legs = legs_named(named, time_s, place, net)
             at_height_s = time_s[np.argmax(place != place[0]) - 1 :]
             fits = legs is not None and are_flown(named, legs, at_height_s, net)
-        fits = bool(fits and off_m.sum() <= OFF_M and time_s[-1] <= given.lands_s + 1e-6)
-        yield from self.inputs.record
-        yield self._weights()
-        yield Claim("flight as its class allows", True, fits, 1 - fits)
-        yield from self._figures(self._seen(watched))
-        yield self._bound(most)
+        return bool(fits and off_m.sum() <= OFF_M and time_s[-1] <= uav.lands_s + 1e-6), watched
+
+    def _most_by_prices(self, hops: Sequence[Hops]) -> float:
+        """Return the most that road plans can earn as prices prove it."""
+        bounds = [RoadBound(self, *one) for one in zip(hops, self.given.uavs, strict=True)]
+        if len(bounds) == 1:
+            return bounds[0].reward()
+        least = self.prices[()].min()
+        paid = float(self.weight @ self.prices[()])
+        return paid + sum(one.above_prices() for one in bounds) if least >= 0.0 else np.inf
 
     def seen(
         self, route: Route, window: Window, starts_s: Array, radius_m: float, growth_mps: float = 0
@@ -91,45 +127,69 @@ class Run:
         return seen_at
 
     def _most_of_all_flights(self) -> float:
-        """Return the reward of seeing each particle as soon as the UAV can be there."""
-        given, (time_s, place), law = self.given, self.route, self.inputs.law
+        """Return the reward of seeing each particle as soon as a UAV can be there."""
+        given = self.given
         ever = (0.0, max(given.horizon_s, given.found_by_s or 0))
-        waits, begin_s, sees_m = Route(np.zeros(1), place[:1]), time_s[:1], given.radius_m
-        if law is not None:  # it climbs first, and may be beside its line at corners
-            begin_s = begin_s + law.climb_s
-            sees_m += law.corner_m if np.isfinite(law.corner_m) else 0.0
-        met_s = self.seen(waits, ever, begin_s, sees_m, given.speed_mps)
-        return float(self.weight @ reward_of(given, met_s[0]))
+        law_of = {flight.uav: flight.law for flight in self.inputs.flights}
+        met_s = np.full(len(self.weight), np.inf)
+        for number, uav in enumerate(given.uavs):
+            begin_s, sees_m, law = np.array([uav.take_off_s]), given.radius_m, law_of.get(number)
+            if law is not None:  # it climbs first, and may be beside its line at corners
+                begin_s = begin_s + law.climb_s
+                sees_m += law.corner_m if np.isfinite(law.corner_m) else 0.0
+            waits = Route(np.zeros(1), np.array([complex(*uav.place_m)]))
+            met_s = np.minimum(met_s, self.seen(waits, ever, begin_s, sees_m, uav.speed_mps)[0])
+        return float(self.weight @ reward_of(given, met_s))
 
-    def _seen(self, watched: list[int]) -> Array:
-        """Return when the plan sees each particle: where it may see, and its sensor is on."""
-        time_s, radius_m = self.route.time_s, self.given.radius_m
+    def _on(self, flight: Flight, route: Route, watched: list[int]) -> list[Window]:
+        """Return when a flight sees: where it may see, and its sensor is on."""
+        time_s = route.time_s
         parts = [(time_s[i], time_s[i + 1]) for i in watched]
         parts = [(time_s[0], time_s[-1])] if self.given.transit else parts
-        on = [
-            (max(a, begin), min(b, end)) for a, b in self.inputs.sensor_on for begin, end in parts
-        ]
-        on, at_zero = [window for window in on if window[0] <= window[1]] or [NEVER], np.zeros(1)
-        seen = [self.seen(self.route, window, at_zero, radius_m) for window in on]
+        on = [(max(a, begin), min(b, end)) for a, b in flight.sensor_on for begin, end in parts]
+        return [window for window in on if window[0] <= window[1]] or [NEVER]
+
+    def _seen(self, looks: Sequence[Look]) -> Array:
+        """Return when the plan first has each particle in reach, (N,)."""
+        at_zero, radius_m = np.zeros(1), self.given.radius_m
+        seen = [self.seen(route, on, at_zero, radius_m) for route, on_s in looks for on in on_s]
         return np.min(seen, axis=0)[0]
+
+    def _fates(self, looks: Sequence[Look]) -> Array:
+        """Return what `verify_odds.fate` says of each particle under all flights, (N, 3)."""
+        given, spans = self.given, [list[Window]() for _ in self.weight]
+        for route, on_s in looks:
+            met = contacts(route, on_s, 0.0, self.motion, given.radius_m)
+            for who, *span in zip(*met, strict=True):
+                if span[0] < given.horizon_s:
+                    spans[who].append((float(span[0]), float(min(span[1], given.horizon_s))))
+        search = Search(given.radius_m, given.rate_per_s, given.horizon_s, given.found_by_s)
+        return np.array([fate(some, search) for some in spans]).reshape(-1, 3)
 
     def _weights(self) -> Claim:
         weight, whose = self.weight, self.motion.particle
         likely = min(weight.min(), whose.min()) >= 0 and weight.sum() <= 1 + 1e-9
         return Claim("weights are probabilities", "at most 1", weight.sum(), 1 - likely)
 
-    def _figures(self, seen_at: Array) -> Iterator[Claim]:
+    def _figures(self, looks: Sequence[Look]) -> Iterator[Claim]:
         weight, given = self.weight, self.given
         planned, certificate = self.inputs.planned, self.inputs.certificate
-        missed_s = np.maximum(0.0, given.horizon_s - seen_at)
+        if np.isinf(given.rate_per_s):
+            seen_at = self._seen(looks)
+            saved_s = np.maximum(0.0, given.horizon_s - seen_at)
+            found_in_time, found_by = seen_at <= given.horizon_s, reward_of(given, seen_at)
+        else:
+            lasts_s, unseen, unseen_by = self._fates(looks).T
+            saved_s = given.horizon_s - lasts_s
+            found_in_time, found_by = 1.0 - unseen, 1.0 - unseen_by
         found: dict[str, float] = {
-            "expected_detection_time_s": given.horizon_s - weight @ missed_s,
-            "detection_probability": weight @ (seen_at <= given.horizon_s),
+            "expected_detection_time_s": given.horizon_s - weight @ saved_s,
+            "detection_probability": weight @ found_in_time,
             "particles": len(weight),
         }
         value = planned["expected_detection_time_s"]
         if given.found_by_s is not None:
-            found["found_by_probability"] = weight @ reward_of(given, seen_at)
+            found["found_by_probability"] = weight @ found_by
             value = planned["found_by_probability"]
         for key, figure in found.items():
             yield Claim(key, planned[key], figure, abs(planned[key] - figure) / max(1, figure))
@@ -177,8 +237,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    given = (f"{key} {value!r}," for key, value in asdict(run.given).items())
-    print("assumed:", *given, f"take-off {run.route.time_s[0]} s at {run.route.place[0]:.1f}")
+    given = asdict(run.given)
+    uavs = [
+        f"UAV {number + 1} " + ", ".join(f"{key} {value!r}" for key, value in uav.items())
+        for number, uav in enumerate(given.pop("uavs"))
+    ]
+    print("assumed:", ", ".join([*(f"{key} {value!r}" for key, value in given.items()), *uavs]))
     print(
         "not checked: evaluated",
         *(f"{key} {run.inputs.unchecked[key]}" for key in run.inputs.unchecked),

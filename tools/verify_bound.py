@@ -8,8 +8,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from verify_files import Array, RefusedError
 from verify_inputs import Given, Net, Prefix
+from verify_misses import contacts, outcome
 from verify_sight import Motion, Route, Window, reward_of, route_of
-from verify_spans import seen_within, stays_through
+from verify_spans import joined, reached_within, seen_within, stays_through
+from verify_uavs import Uav
 
 PLANE = np.array([1, 1j])  # from pairs x, y to complex numbers
 NEVER = (0.0, -1.0)
@@ -25,7 +27,6 @@ class Flown(Protocol):
 
     given: Given
     prices: dict[Prefix, Array]
-    route: Route
     motion: Motion
     weight: Array
 
@@ -40,8 +41,8 @@ class Hops:
     where flights can stand: nodes first, then each leg just flown.
     """
 
-    def __init__(self, net: Net, take_off: complex, given: Given) -> None:
-        self.nodes = net.node_xy_m @ PLANE
+    def __init__(self, net: Net, uav: Uav, bin_s: float) -> None:
+        self.nodes, take_off = net.node_xy_m @ PLANE, complex(*uav.place_m)
         self.take_off, place = len(self.nodes), np.append(self.nodes, take_off)
         roads = [(a, b, xy_m @ PLANE) for a, b, xy_m in net.roads]
         hops = [(a, b, np.concatenate((place[[a]], way[1:-1], place[[b]]))) for a, b, way in roads]
@@ -53,9 +54,9 @@ class Hops:
         leg_states = self.take_off + 1 + np.arange(self.legs)
         self.after = np.append(leg_states, self.end[self.legs :])  # the state after each hop
         self.chained = int(sum(self.start < self.take_off))  # the others begin with take-off
-        self.routes = [route_of(way, given.speed_mps) for *_, way in hops]
+        self.routes = [route_of(way, uav.speed_mps) for *_, way in hops]
         self.lasts_s = np.array([route.time_s[-1] for route in self.routes])
-        bins = self.lasts_s / given.bin_s
+        bins = self.lasts_s / bin_s
         self.least_bins, self.most_bins = (bins + 1e-9).astype(int), (bins + 1 - 1e-9).astype(int)
 
     def _is_one_hop(self, start: Array, end: Array, node: int) -> bool:
@@ -76,6 +77,7 @@ class Sightings(NamedTuple):
     bin: Array
     particle: Array
     reward: Array
+    share: Array  # of it that counts
 
     def where(self, kept: Array | slice) -> "Sightings":
         """Return some of them."""
@@ -87,55 +89,104 @@ class Step(NamedTuple):
 
     state: int
     hop: int
-    known: int  # number of the step whose sightings do not count again
+    known: int  # number of the step whose sightings do not count again, or count less
 
 
 class Stand(NamedTuple):
-    """Where a flight stands, and the reward of what it has seen, (N,)."""
+    """Where a flight stands, what it has earned, and how probably it has missed whom, (N,)."""
 
     node: int
     time_s: float
     reward: Array
+    missed: Array
 
 
 class RoadBound:
-    """The most that any road plan can earn, as prices prove it."""
+    """The most that any road plan of one UAV can earn, as prices prove it."""
 
-    def __init__(self, run: Flown, hops: Hops) -> None:
-        self.run, self.given, self.hops = run, run.given, hops
+    def __init__(self, run: Flown, hops: Hops, uav: Uav) -> None:
+        self.run, self.given, self.hops, self.uav = run, run.given, hops, uav
+        self.rate_per_s, self.whole = run.given.bound_rate_per_s, joined(run.motion)
+        begin = 0.0 * run.weight
+        self.begin = Stand(hops.take_off, uav.take_off_s, begin, begin + 1.0)
 
     def reward(self) -> float:
         """Return the greatest expected reward that prices allow."""
-        given, hops, take_off_s = self.given, self.hops, self.run.route.time_s[0]
+        listed = self._listed_all()
+        return np.inf if listed is None else self._proven((), self.begin, listed, np.inf)
+
+    def above_prices(self) -> float:
+        """Return the most that a flight earns above the prices before take-off."""
+        listed, price = self._listed_all(), self.run.prices[()]
+        if listed is None:
+            return np.inf
+        values, most = self._values(listed, price, 0, self.begin.missed), 0.0
+        for hop in np.flatnonzero(self.hops.start == self.hops.take_off).tolist():
+            there = self._further(self.begin, hop)
+            first = reward_of(self.given, self._flown(hop, self.begin.time_s))
+            above = (1.0 - there.missed) * np.maximum(0.0, first - price)
+            onward = self._onward(listed, price, values, there)
+            most = max(most, float(self.run.weight @ above) + onward)
+        return most
+
+    def _listed_all(self) -> Sightings | None:
+        """Return all sightings that earn more than prices; None if these prove nothing.
+
+        As negative ones do not, nor do bins longer than a hop, or a flight of no length.
+        """
+        given, hops, take_off_s = self.given, self.hops, self.uav.take_off_s
         least = np.min([*self.run.prices.values()], axis=0)
         shortest = hops.least_bins[: hops.chained].min()
         if not (least.min() >= 0 and shortest >= 1):
-            return np.inf  # such prices or bins prove nothing, nor does a flight of no length
+            return None
         first_s = take_off_s + hops.lasts_s[hops.chained :].min()
         worthless_s = (
             given.horizon_s - least.min() if given.found_by_s is None else given.found_by_s
         )
-        ends_s = max(first_s, min(worthless_s, given.lands_s))
+        ends_s = max(first_s, min(worthless_s, self.uav.lands_s))
         bins = (ends_s - first_s) / given.bin_s + 2
         if bins * hops.chained > MOST_CELLS or bins * len(self.run.weight) > MOST_SIGHTINGS:
             raise RefusedError(f"plan.json: bin_s {given.bin_s:g} makes {bins:.3g} bins, too many")
         self.starts_s = np.arange(first_s, ends_s + given.bin_s, given.bin_s)
         self.edges_s = first_s + (np.arange(len(self.starts_s) + 1) - 0.5) * given.bin_s
-        begin = Stand(hops.take_off, take_off_s, 0.0 * self.run.weight)
-        return self._proven((), begin, self._list_steps(least), np.inf)
+        return self._list_steps(least)
 
     def _flown(self, hop: int, start_s: float) -> Array:
-        """Return when a hop begun at a time sees each particle, (N,)."""
-        on = (0.0, self.hops.lasts_s[hop])
-        on = on if hop < self.hops.legs or self.given.transit else NEVER
+        """Return when a hop begun at a time first has each particle in reach, (N,)."""
         starts_s, radius_m = np.array([start_s]), self.given.radius_m
-        return self.run.seen(self.hops.routes[hop], on, starts_s, radius_m)[0]
+        return self.run.seen(self.hops.routes[hop], self._looks(hop), starts_s, radius_m)[0]
+
+    def _looks(self, hop: int) -> Window:
+        """Return when the sensor is on, seconds after the hop begins."""
+        is_on = hop < self.hops.legs or self.given.transit
+        return (0.0, self.hops.lasts_s[hop]) if is_on else NEVER
+
+    def _further(self, at: Stand, hop: int) -> Stand:
+        """Return where a flight stands after one more hop."""
+        given, route, radius_m = self.given, self.hops.routes[hop], self.given.radius_m
+        ends_s = at.time_s + self.hops.lasts_s[hop]
+        if np.isinf(self.rate_per_s):
+            reward = np.maximum(at.reward, reward_of(given, self._flown(hop, at.time_s)))
+            return Stand(self.hops.end[hop], ends_s, reward, (reward == 0.0).astype(float))
+        met = contacts(route, [self._looks(hop)], at.time_s, self.run.motion, radius_m)
+        worth, missed = outcome(given, met, self.rate_per_s, len(self.run.weight))
+        reward = at.reward + at.missed * worth
+        return Stand(self.hops.end[hop], ends_s, reward, at.missed * missed)
 
     def _earliest(self, hop: int, more_m: float) -> Array:
         """Return when a hop begun in each bin may see whom, with some more radius, (bins, N)."""
         particles, radius_m = len(self.run.weight), self.given.radius_m + more_m
         route, motion = self.hops.routes[hop], self.run.motion
         return seen_within(route, motion, particles, self.edges_s, radius_m)
+
+    def _missed(self, hop: int, more_m: float) -> Array:
+        """Return how probably the longest contacts of a hop begun in each bin miss, (bins, N)."""
+        particles, radius_m = len(self.run.weight), self.given.radius_m + more_m
+        if np.isinf(self.rate_per_s):
+            return np.zeros((len(self.starts_s), particles))
+        route = self.hops.routes[hop]
+        lasts_s = reached_within(route, self.whole, particles, self.edges_s, radius_m)
+        return np.exp(-self.rate_per_s * lasts_s)
 
     def _list_steps(self, least: Array) -> Sightings:
         """List all steps, and return their sightings that earn more than some prices."""
@@ -145,10 +196,13 @@ class RoadBound:
         self.steps = [Step(hops.start[hop], hop, NOTHING_KNOWN) for hop in range(hops.chained)]
         for leg in range(hops.legs):
             earliest_s = np.where(before[hops.start[leg]], -np.inf, self._earliest(leg, TIE_M))
+            missed = self._missed(leg, TIE_M)
             for hop in np.flatnonzero(hops.start[: hops.chained] == hops.end[leg]).tolist():
                 if hop < hops.legs:  # on straight flights nothing is remembered
-                    known = found[hop].where(self._is_known(found[hop], leg, earliest_s))
-                    found.append(known._replace(step=np.full(len(known.bin), len(self.steps))))
+                    lost = 1.0 - self._left(found[hop], leg, earliest_s, missed)
+                    step = np.full(len(lost), len(self.steps))
+                    known = found[hop]._replace(step=step, share=found[hop].share * lost)
+                    found.append(known.where(lost > 0.0))
                 self.steps.append(Step(hops.after[leg], hop, len(self.steps)))
         seen = Sightings(*map(np.concatenate, zip(*found, strict=True)))
         return seen.where(np.argsort(seen.bin, kind="stable"))
@@ -161,28 +215,36 @@ class RoadBound:
             at_s = np.full((len(self.starts_s), len(least)), np.inf)
         reward = np.where(before, 0.0, reward_of(self.given, at_s))
         i, k = np.nonzero(reward > least)
-        return Sightings(np.full(len(i), hop), i, k, reward[i, k])
+        share = 1.0 - self._missed(hop, -TIE_M)[i, k] if len(i) else np.empty(0)
+        return Sightings(np.full(len(i), hop), i, k, reward[i, k], share)
 
     def _seen_before(self, place: complex) -> Array:
         """Return who was seen, throughout a bin, by whatever came to a place, (bins, N)."""
         particles, reach_m = len(self.run.weight), self.given.radius_m + TIE_M
-        if not self.given.transit:
+        if not self.given.transit or np.isfinite(self.rate_per_s):
             return np.zeros((len(self.starts_s), particles), dtype=bool)
         return stays_through(self.run.motion, particles, self.edges_s, place, reach_m)
 
-    def _is_known(self, seen: Sightings, leg: int, earliest_s: Array) -> Array:
-        """Tell which sightings are worth nothing after a leg, in whichever bin it began."""
+    def _left(self, seen: Sightings, leg: int, earliest_s: Array, missed: Array) -> Array:
+        """Return what share of sightings is left after a leg, in whichever bin it began."""
         late, early = seen.bin - self.hops.least_bins[leg], seen.bin - self.hops.most_bins[leg]
-        before = [earliest_s[np.maximum(0, i), seen.particle] - TIE_S for i in (early, late)]
-        as_much = reward_of(self.given, np.maximum(*before)) >= seen.reward
-        return np.asarray((early >= 0) & as_much)
+        left = np.where(early < 0, 1.0, 0.0)
+        for i in (early, late):
+            where = np.maximum(0, i), seen.particle
+            as_much = reward_of(self.given, earliest_s[where] - TIE_S) >= seen.reward
+            left = np.maximum(left, np.where(as_much, missed[where], 1.0))
+        return left
 
-    def _values(self, sightings: Sightings, price: Array, since: int) -> Array:
+    def _above(self, sightings: Sightings, price: Array, missed: Array) -> Array:
+        """Return what sightings are worth above prices, of particles that were missed before."""
+        above = np.maximum(0.0, sightings.reward - price[sightings.particle]) * sightings.share
+        return above * (self.run.weight * missed)[sightings.particle]
+
+    def _values(self, sightings: Sightings, price: Array, since: int, missed: Array) -> Array:
         """Return the most that flights on from each bin and state earn above prices."""
         hops, bins, columns = self.hops, len(self.starts_s), len(self.steps) + 1
         state, hop, known = np.array(self.steps).T
-        above = np.maximum(0.0, sightings.reward - price[sightings.particle])
-        above *= self.run.weight[sightings.particle]
+        above = self._above(sightings, price, missed)
         cell = sightings.bin * columns + sightings.step
         gains = np.bincount(cell, above, bins * columns).reshape(bins, columns)  # NOTHING_KNOWN: 0
         chained = slice(hops.chained)
@@ -199,12 +261,11 @@ class RoadBound:
             return inherited
         hops, weight, price = self.hops, self.run.weight, self.run.prices[prefix]
         since, most = max(0, self._bin(at.time_s)), weight @ at.reward
-        seen = seen.where((seen.bin >= since) & (at.reward[seen.particle] == 0))
-        values = self._values(seen, price, since)
+        seen = seen.where((seen.bin >= since) & (at.missed[seen.particle] > 0))
+        values = self._values(seen, price, since, at.missed)
         for hop in np.flatnonzero(hops.start == at.node).tolist():
-            reward = np.maximum(at.reward, reward_of(self.given, self._flown(hop, at.time_s)))
-            there = Stand(hops.end[hop], at.time_s + hops.lasts_s[hop], reward)
-            bound = weight @ np.where(reward > 0, reward, price)
+            there = self._further(at, hop)
+            bound = weight @ (there.reward + there.missed * price)
             bound += self._onward(seen, price, values, there)
             most = max(most, self._proven((*prefix, hop), there, seen, min(inherited, bound)))
         return float(most)
@@ -217,9 +278,8 @@ class RoadBound:
         hop = np.flatnonzero(hops.start[: hops.chained] == at.node)
         begin, end = np.searchsorted(sightings.bin, (i, i + 1))
         seen = sightings.where(slice(begin, end))
-        unseen = seen.where((seen.step < hops.chained) & (at.reward[seen.particle] == 0))
-        above = np.maximum(0.0, unseen.reward - price[unseen.particle])
-        above *= self.run.weight[unseen.particle]
+        unseen = seen.where(seen.step < hops.chained)
+        above = self._above(unseen, price, at.missed)
         gain = np.bincount(unseen.step, above, hops.chained)[hop]
         to, later = hops.after[hop], (i + hops.least_bins[hop], i + hops.most_bins[hop])
         onward = gain + np.maximum(values[later[0], to], values[later[1], to])

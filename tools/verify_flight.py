@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from verify_files import Array
-from verify_inputs import NamedLeg, Net
+from verify_inputs import Net
+from verify_uavs import NamedLeg
 
 NEAR_M = 1.0  # of a node, where a real aircraft is at an end of a road
 

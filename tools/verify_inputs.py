@@ -14,9 +14,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pyarrow
-import verify_plan
 from verify_files import LARGEST, Array, Fields, RefusedError, read_columns, read_json, rows_of
-from verify_times import Law, law_of, timed_again
+from verify_uavs import Flight, Uav, flights_of, flights_said_again, misses_said_again, uavs_of
 
 Prefix: TypeAlias = tuple[int, ...]  # the first hops of a flight; () is before take-off
 Pair: TypeAlias = tuple[float, float]
@@ -51,31 +50,18 @@ class Given:
 
     horizon_s: float
     radius_m: float
+    rate_per_s: float  # of detection within the radius; infinity: nobody is missed
     plan_class: str
     transit: bool
-    speed_mps: float
-    landing_s: float | None
     bin_s: float
+    bound_rate_per_s: float  # of the sensor that the prices are for
     found_by_s: float | None
+    uavs: tuple[Uav, ...]
 
     @property
     def bound_key(self) -> str:
         """The name of the bound in the certificate."""
         return "lower_bound_s" if self.found_by_s is None else "upper_bound_probability"
-
-    @property
-    def lands_s(self) -> float:
-        """When a flight has to end; infinity: never."""
-        return math.inf if self.landing_s is None else self.landing_s
-
-
-@dataclass(frozen=True)
-class NamedLeg:
-    """A road that the plan says it flies."""
-
-    road: str
-    ends: tuple[str, str]  # names of the nodes from and to
-    times_s: tuple[float, float, float]  # departs, starts and ends
 
 
 @dataclass(frozen=True)
@@ -94,10 +80,7 @@ class Inputs:
     planned: Mapping[str, float]  # figures by name
     certificate: Mapping[str, float | None]
     unchecked: Mapping[str, Any]  # what it says of other particles
-    law: Law | None  # that its aircraft is timed by; None: it is the ideal one
-    waypoints: Array  # (points, 3) seconds, x, y
-    sensor_on: list[Pair]
-    legs: list[NamedLeg]
+    flights: tuple[Flight, ...]
     net: Net
     motion: dict[str, Array]  # by column
     weight: Array  # (N,)
@@ -117,11 +100,10 @@ def read_inputs(folder: Path) -> Inputs:
     run.text("schema", *SCHEMAS["run.json"])
     plan.text("schema", *SCHEMAS["plan.json"])
     planned, certificate = plan.part("planned"), plan.part("certificate")
-    (uav,) = plan.items("uavs", 1) or [None]
-    flight = Fields("plan.json: uavs[0]", uav)
+    flights = flights_of(plan)
     weight = read_columns(folder, "weights.parquet", weight=REAL)["weight"].values
     motion = _motion(folder, len(weight))
-    given, roads = _given(planned, certificate), _net(net)
+    given, roads = _given(planned, certificate, uavs_of(certificate, flights)), _net(net)
     if given.plan_class == "roads" and len(roads.node_xy_m) > MOST_NODES:
         raise RefusedError(f"net.json: has more than {MOST_NODES} nodes; too many to check")
     prices = _prices(folder, len(weight))
@@ -129,31 +111,28 @@ def read_inputs(folder: Path) -> Inputs:
         raise RefusedError(
             "prices.parquet: should hold prices before take-off, for road plans only"
         )
-    waypoints = verify_plan.waypoints(plan, flight)
+    if len(given.uavs) > 1 and len(prices) > 1:
+        raise RefusedError("prices.parquet: of several UAVs there are none but before take-off")
     return Inputs(
         given=given,
         planned=_planned(planned),
         certificate=_certificate(certificate, given),
         unchecked=_unchecked(plan, certificate),
-        law=law_of(flight),
-        waypoints=waypoints,
-        sensor_on=_sensor_on(flight),
-        legs=[_leg(i, leg) for i, leg in enumerate(flight.items("legs"))],
+        flights=flights,
         net=roads,
         motion=motion,
         weight=weight,
         prices=prices,
         record=(
             *_digests(run, plan, net, motion, weight),
-            *_of_scenario(run, planned, given, waypoints),
-            *(same(*said) for said in verify_plan.said_again(run, plan, flight, waypoints[0])),
-            *(same(*said) for said in timed_again(flight, waypoints)),
+            *_of_scenario(run, planned, given),
+            *(same(*said) for said in flights_said_again(run, plan, flights, given.uavs)),
             *_consistent(roads, motion),
         ),
     )
 
 
-def _given(planned: Fields, certificate: Fields) -> Given:
+def _given(planned: Fields, certificate: Fields, uavs: tuple[Uav, ...]) -> Given:
     objective = planned.text("objective", "time", "probability")
     has_deadline = objective == "probability"
     for fields, key in ((planned, "found_by_s"), (planned, "found_by_probability")):
@@ -166,13 +145,19 @@ def _given(planned: Fields, certificate: Fields) -> Given:
     return Given(
         horizon_s=planned.above_zero("horizon_s"),
         radius_m=planned.above_zero("radius_m"),
+        rate_per_s=_rate(planned),
         plan_class=plan_class,
         transit=certificate.flag("transit"),
-        speed_mps=certificate.above_zero("speed_mps"),
-        landing_s=certificate.maybe("landing_s"),
         bin_s=bin_s,
+        bound_rate_per_s=_rate(certificate),
         found_by_s=planned.above_zero("found_by_s") if has_deadline else None,
+        uavs=uavs,
     )
+
+
+def _rate(fields: Fields) -> float:
+    """Return the rate of detection that is said; where none is, nobody is missed."""
+    return fields.above_zero("rate_per_s") if "rate_per_s" in fields else math.inf
 
 
 def _planned(planned: Fields) -> dict[str, float]:
@@ -198,20 +183,6 @@ def _unchecked(plan: Fields, certificate: Fields) -> dict[str, Any]:
         found["true_optimum_limit"] = certificate.number("true_optimum_limit")
         found["sets"] = certificate.whole("sets", 2)
     return found
-
-
-def _sensor_on(flight: Fields) -> list[Pair]:
-    windows = flight.rows("sensor_on", 2)
-    if (np.diff(windows.ravel()) < 0).any():
-        raise RefusedError(f"{flight.where}: sensor_on should be rising and disjoint")
-    return [(begin, end) for begin, end in windows.tolist()]
-
-
-def _leg(number: int, content: Any) -> NamedLeg:
-    leg = Fields(f"plan.json: leg {number + 1}", content)
-    depart, start, end = (leg.number(key) for key in ("depart_s", "start_s", "end_s"))
-    ends = leg.text("from_node"), leg.text("to_node")
-    return NamedLeg(leg.text("road"), ends, (depart, start, end))
 
 
 def _net(net: Fields) -> Net:
@@ -289,34 +260,22 @@ def _digests(
         yield same(f"sha256 of {key}", said.text(key)[:64], digest)
 
 
-def _of_scenario(run: Fields, planned: Fields, given: Given, waypoints: Array) -> Iterator[Claim]:
+def _of_scenario(run: Fields, planned: Fields, given: Given) -> Iterator[Claim]:
     """Yield what the scenario in run.json asks for beside what was planned."""
     scenario = run.part("scenario")
-    search, sensor, uav = (scenario.part(key) for key in ("search", "sensor", "uav"))
+    search, sensor = scenario.part("search"), scenario.part("sensor")
     yield same("seed of the scenario", run.whole("seed"), search.whole("seed"))
     yield same("horizon_s of the scenario", given.horizon_s, search.number("horizon_s"))
     yield same("radius_m of the scenario", given.radius_m, sensor.number("radius_m"))
     yield same("transit of the scenario", given.transit, sensor.flag("detects_in_transit"))
-    winds = "wind" in uav and uav.any("wind") is not None
-    wind_mps = uav.part("wind").number("speed_mps", 0.0) if winds else 0.0
-    fastest_mps = uav.number("speed_mps") + wind_mps
-    yield same("speed_mps of the scenario", given.speed_mps, fastest_mps)
+    said = misses_said_again(scenario, given.rate_per_s, given.radius_m)
+    yield from (same(*one) for one in said)
+    worse = given.bound_rate_per_s < given.rate_per_s
+    yield Claim("prices are for a sensor as good", True, not worse, float(worse))
     objective = search.text("objective")
     yield same("objective of the scenario", planned.text("objective"), objective)
     by_s = search.number("by_s") if objective == "probability" else None
     yield same("found_by_s of the scenario", given.found_by_s, by_s)
-    take_off_s, *place_m = waypoints[0].tolist()
-    longest_s = uav.maybe("max_flight_time_s") if "max_flight_time_s" in uav else None
-    lands_s = None if longest_s is None else take_off_s + longest_s
-    yield same("landing_s of the scenario", given.landing_s, lands_s)
-    ready_s = scenario.part("target").number("last_seen_ago_s") + uav.number("take_off_s")
-    later_s = ready_s + search.number("planning_time_s", 0.0)  # which methods may have to wait
-    possible_s = later_s if abs(later_s - take_off_s) < abs(ready_s - take_off_s) else ready_s
-    yield same("take-off of the scenario", take_off_s, possible_s)
-    start = uav.part("start")
-    if "x_m" in start:  # otherwise it is told from a node, whose name is not in net.json
-        wanted_m = [start.number("x_m"), start.number("y_m")]
-        yield same("place of take-off of the scenario", place_m, wanted_m)
 
 
 def _consistent(net: Net, motion: Mapping[str, Array]) -> Iterator[Claim]:

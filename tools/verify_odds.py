@@ -55,9 +55,11 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
         planned.above_zero("radius_m"), rate_per_s, planned.above_zero("horizon_s"), by_s
     )
     known = _particles(particles)
-    rows = [(one.weight, *_fate(one, flights, search)) for one in known]
+    spans = ([span for one in flights for span in _contacts(each, one, search)] for each in known)
+    rows = [(one.weight, *fate(met, search)) for one, met in zip(known, spans, strict=True)]
     weight, lasts_s, unseen, unseen_by = np.array(rows).T
-    missing = max(0.0, 1.0 - float(weight.sum()))
+    sought = planned.whole("sought") if "sought" in planned else 1
+    missing = max(0.0, sought - float(weight.sum()))  # of the targets, each of which counts alike
     found = {
         "expected_detection_time_s": weight @ lasts_s + missing * search.horizon_s,
         "detection_probability": weight @ (1.0 - unseen),
@@ -70,12 +72,16 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
         yield Claim(key, claimed, float(figure), abs(claimed - figure) / max(1.0, figure))
 
 
-def _fate(particle: Particle, flights: list[Flight], search: Search) -> tuple[float, ...]:
+def fate(spans: Spans, search: Search) -> tuple[float, float, float]:
     """Return E[min(time seen, horizon)] of a particle, and how probably it is unseen by when.
 
     That is by the horizon, and by the deadline if there is one.
+
+    Parameters
+    ----------
+    spans
+        From when to when a flight has it in reach, before the horizon; of several flights all.
     """
-    spans = [span for one in flights for span in _contacts(particle, one, search)]
     horizon_s, by_s = search.horizon_s, search.by_s or search.horizon_s
     if math.isinf(search.rate_per_s):
         seen_s = min((span[0] for span in spans), default=math.inf)

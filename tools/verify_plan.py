@@ -24,24 +24,29 @@ def waypoints(plan: Fields, flight: Fields) -> Array:
 
 
 def said_again(
-    run: Fields, plan: Fields, flight: Fields, first: Array
+    run: Fields, plan: Fields, flight: Fields, uav: Fields, first: Array, many: int
 ) -> Iterator[tuple[str, Any, Any]]:
     """Yield what a plan of schema 2 says that other fields say as well: name, claimed, found.
 
     Parameters
     ----------
+    uav
+        What the scenario says of the UAV.
+    many
+        How many UAVs there are: of several, heights may be assigned.
     first
         Time, x and y of the first waypoint.
     """
     if not _is_newer(plan):
         return
-    uav = run.part("scenario").part("uav")
     net = plan.part("network")
     rows_of("plan.json: network: net_offset_m", [net.any("net_offset_m")], 2)
     if net.any("projection") is not None:
         net.text("projection")
     yield "net of the plan", net.text("sha256")[:64], run.part("sha256").text("net")[:64]
-    yield "altitude of the scenario", flight.number("altitude_m", 0.0), uav.number("altitude_m")
+    altitude_m = flight.number("altitude_m", 0.0)
+    if many == 1:
+        yield "altitude of the scenario", altitude_m, uav.number("altitude_m")
     yield "speed of the scenario", flight.above_zero("speed_mps"), uav.number("speed_mps")
     longest_s = uav.maybe("max_flight_time_s") if "max_flight_time_s" in uav else None
     yield "longest flight of the scenario", flight.maybe("max_flight_time_s"), longest_s

@@ -5,13 +5,15 @@ This comes in reach of a target first with one of its ends, which is a flight fr
 span, or one at an end of the line; or right abreast of the target.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from verify_files import Array
 from verify_sight import Motion, Route, Segment, first_in_reach, near_pairs, segments
 
-JOINED_S = 1e-6  # pieces of motion this near in time belong together
+JOINED_S = 1e-6  # pieces of motion this near in time belong together,
+JOINED_M = 1e-5  # if they are as near in space
 
 
 class Interval(NamedTuple):
@@ -38,6 +40,55 @@ def seen_within(
     Infinity if from none of these starts; (spans, N).
     """
     seen_at = np.full((len(edges_s) - 1, particles), np.inf)
+    for met in _meetings(route, motion, edges_s, radius_m):
+        np.minimum.at(seen_at, (met.span, met.at.particle), met.first_s)
+    return seen_at
+
+
+def joined(motion: Motion) -> Motion:
+    """Return motion in which no piece goes on from the one before at the same velocity."""
+    some = len(motion.particle)
+    ends = motion.place + motion.velocity * (motion.to_s - motion.from_s)
+    goes_on = np.diff(motion.particle) == 0
+    goes_on &= np.diff(motion.velocity) == 0
+    goes_on &= abs(motion.from_s[1:] - motion.to_s[:-1]) <= JOINED_S
+    goes_on &= abs(motion.place[1:] - ends[:-1]) <= JOINED_M
+    first = np.flatnonzero(np.append(True, ~goes_on)[:some])
+    last = np.append(first[1:], some)[: len(first)] - 1
+    return Motion(*(column[first] for column in motion))._replace(to_s=motion.to_s[last])
+
+
+def reached_within(
+    route: Route, motion: Motion, particles: int, edges_s: Array, radius_m: float
+) -> Array:
+    """Return for how long, at most, a flight that begins between edges has whom in reach.
+
+    Each piece of motion counts with each part of the line for as long as both may be in reach, but
+    all of them for no longer than from the first to the last of them, seconds flown; (spans, N).
+    """
+    shape = len(edges_s) - 1, particles
+    total_s, first_s, last_s = np.zeros(shape), np.full(shape, np.inf), np.full(shape, -np.inf)
+    for met in _meetings(route, motion, edges_s, radius_m):
+        starts_s = edges_s[met.span], edges_s[met.span + 1]
+        lasts_s, flown = _reached(met.segment, met.at, starts_s, radius_m)
+        long = (met.first_s < np.inf) & (flown.to_s > flown.from_s)
+        where = met.span[long], met.at.particle[long]
+        np.add.at(total_s, where, lasts_s[long])
+        np.minimum.at(first_s, where, flown.from_s[long])
+        np.maximum.at(last_s, where, flown.to_s[long])
+    return np.maximum(0.0, np.minimum(total_s, last_s - first_s))
+
+
+class Meetings(NamedTuple):
+    """Pairs of a piece of motion and a span of starts; (pairs,) each."""
+
+    segment: Segment  # a part of the line, the same for all
+    at: Motion
+    span: Array
+    first_s: Array  # when they meet at the earliest; infinity: never
+
+
+def _meetings(route: Route, motion: Motion, edges_s: Array, radius_m: float) -> Iterator[Meetings]:
     late_s = edges_s[1] - edges_s[0]
     for segment in segments(route, (0.0, route.time_s[-1])):
         for pieces, span in near_pairs(segment, motion, edges_s[:-1], radius_m, late_s):
@@ -45,8 +96,60 @@ def seen_within(
             starts_s = edges_s[span], edges_s[span + 1]
             found = [_met_s(segment, at, start_s, radius_m) for start_s in starts_s]
             found += _between(segment, at, starts_s, radius_m)
-            np.minimum.at(seen_at, (span, at.particle), np.min(found, axis=0))
-    return seen_at
+            yield Meetings(segment, at, span, np.min(found, axis=0))
+
+
+def _reached(
+    segment: Segment, at: Motion, starts_s: tuple[Array, Array], radius_m: float
+) -> tuple[Array, Interval]:
+    """Return for how long pieces are in reach at most, and when, by seconds flown; (pairs,) each.
+
+    Seen from a flight, a piece is at an offset that changes evenly with how late it begins, and
+    with the time flown on the segment.
+    """
+    first, last = starts_s
+    begin_s, velocity = segment.begin_s, at.velocity
+    offset = at.place + velocity * (first + begin_s - at.from_s) - segment.place
+    drift = velocity - segment.velocity
+    squared, wide = abs(drift) ** 2, radius_m * abs(drift)
+    aside, slope = _cross(offset, drift), _cross(velocity, drift)
+    other = aside + slope * (last - first)
+    nearest = np.fmax(0.0, np.fmax(np.minimum(aside, other), -np.maximum(aside, other)))
+    chord_s = 2.0 * np.sqrt(np.maximum(0.0, wide**2 - nearest**2)) / squared
+    chord_s = np.minimum(np.where(squared == 0.0, np.inf, chord_s), at.to_s - at.from_s)
+
+    limits = (-wide - aside) / slope, (wide - aside) / slope
+    level, inside = slope == 0.0, abs(aside) <= wide
+    low = np.where(level, np.where(inside, 0.0, np.inf), np.fmax(0.0, np.minimum(*limits)))
+    high = np.where(level, last - first, np.minimum(last - first, np.maximum(*limits)))
+    turn, speed = _cross(drift, velocity), abs(velocity)
+    straight = abs(turn) <= 1e-9 * abs(drift) * speed
+
+    def passing_s(late_s: Array, sign: int) -> Array:
+        there = offset + velocity * late_s
+        half = np.sqrt(np.maximum(0.0, wide**2 - _cross(there, drift) ** 2))
+        return (sign * half - (np.conj(there) * drift).real) / squared
+
+    ends = []
+    for sign, farther in ((-1, np.minimum), (1, np.maximum)):
+        flown_s = -_cross(offset, velocity) / turn + sign * radius_m * speed / abs(turn)
+        along = (np.conj(offset + drift * flown_s) * velocity).real
+        turns_s = passing_s(np.minimum(np.maximum(-along / speed**2, low), high), sign)
+        ends.append(
+            np.where(straight, farther(passing_s(low, sign), passing_s(high, sign)), turns_s)
+        )
+    enters_s, leaves_s = (
+        np.where(squared == 0.0, sign * np.inf, end)
+        for sign, end in zip((-1, 1), ends, strict=True)
+    )
+    from_s = np.maximum(np.maximum(begin_s, at.from_s - last), begin_s + enters_s)
+    to_s = np.minimum(np.minimum(segment.end_s, at.to_s - first), begin_s + leaves_s)
+    flown = Interval(from_s, np.where((low <= high) | (squared == 0.0), to_s, -np.inf))
+    return np.minimum(chord_s, flown.to_s - flown.from_s), flown
+
+
+def _cross(one: Array, other: Array) -> Array:
+    return (np.conj(one) * other).imag
 
 
 def _met_s(segment: Segment, at: Motion, start_s: Array, radius_m: float) -> Array:

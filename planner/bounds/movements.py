@@ -62,8 +62,12 @@ class Movements:
 
     @cached_property
     def pieces(self) -> Pieces:
-        """The straight motions of all particles."""
-        return pieces_of(self.problem.futures)
+        """The straight motions of all particles.
+
+        Contacts with a sensor that may miss are bounded piece by piece, the fewer the better.
+        """
+        pieces = pieces_of(self.problem.futures)
+        return pieces if self.problem.sensor.is_perfect else joined(pieces)
 
     @property
     def fitting_bin_s(self) -> float:
@@ -121,3 +125,15 @@ def pieces_of(futures: Futures) -> Pieces:
         vy_mps=straight.vy_mps[places],
     )
     return Pieces(motion, particle[places].astype(np.int64))
+
+
+def joined(pieces: Pieces) -> Pieces:
+    """Return pieces of which none goes on from the one before at the same velocity."""
+    motion, particle = pieces
+    same = (particle, motion.vx_mps, motion.vy_mps)
+    goes_on = np.all([column[1:] == column[:-1] for column in same], axis=0)
+    goes_on &= motion.from_s[1:] == motion.to_s[:-1]
+    first = np.flatnonzero(np.append(True, ~goes_on)[: len(particle)])
+    last = np.append(first[1:], len(particle))[: len(first)] - 1
+    whole = Motion(*(column[first] for column in motion))._replace(to_s=motion.to_s[last])
+    return Pieces(whole, particle[first])

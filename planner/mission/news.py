@@ -56,8 +56,10 @@ def given(
             likelihood *= np.where(rows, silent.report(one), 1.0)
             absent[one.target] *= 1.0 - one.sure
     found = [one.target for one in news if isinstance(one, FoundNews)]
-    weight = posterior(futures, likelihood, absent)
-    weight = np.where(np.isin(futures.target, found), 0.0, weight)
+    is_found = np.isin(futures.target, found)
+    # Who is found has been seen after all, whatever was said of nobody's having been.
+    weight = posterior(futures, np.where(is_found, 1.0, likelihood), absent)
+    weight = np.where(is_found, 0.0, weight)
     if found and len(weight) and not weight.any():
         raise InputError("news: every target is found, and nothing is left to search for")
     return futures.reweighted(weight)

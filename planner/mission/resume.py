@@ -205,13 +205,27 @@ class _Now:
         flown = [one.tracks[0] for one in begun]
         if said.lost_s is not None:
             return _Part(self._changed(NO_MORE), flown=_joined_until(flown, by_s))
-        if begun and (by_s < begun[-1].end_s or (said.xy_m is not None and not waiting)):
+        if begun and self._is_up(begun[-1], len(begun) - 1, said, last=not waiting):
             return self._in_flight(begun, waiting, said)
         left = self.uav.sorties - len(begun)
         if not begun:
             return _Part(self._changed(self._ready(left)), waiting)
         ready = self._ready(left, begun[-1].end_s + self.uav.swap_s)
-        return _Part(self._changed({"in_air": None} | ready), waiting, in_order(flown))
+        changes = {"in_air": None, **ready}
+        return _Part(self._changed(changes), waiting, _joined_until(flown, self.at_s))
+
+    def _is_up(self, flight: Plan, number: int, said: OfUav, *, last: bool) -> bool:
+        """Return whether it flies on in a flight that it has begun.
+
+        Of several flights, one that comes down already is as good as over.
+        """
+        if said.xy_m is not None and last:
+            return True
+        uav, down_s = self.uav.of_flight(number), 0.0
+        is_alone = len(self.opened.scenario.uavs) == 1 and self.uav.sorties == 1
+        if uav.aircraft is not None and uav.return_to_m is not None and not is_alone:
+            down_s = uav.aircraft.law.descend_s
+        return self.at_s < flight.end_s - down_s
 
     def _in_flight(self, begun: Sequence[Plan], waiting: tuple[Plan, ...], said: OfUav) -> _Part:
         """Return how it goes on in the middle of the last flight that it has begun."""
@@ -244,10 +258,10 @@ class _Now:
             When it can take off again; None: it has not flown.
         """
         scenario, section = self.opened.scenario, self.section
-        last_seen_s, usual_s = scenario.target.last_seen_ago_s, scenario.search.planning_time_s
+        last_seen_s, charged_s = scenario.target.last_seen_ago_s, scenario.search.planning_time_s
         ready_s = landed_s
         if ready_s is None:
-            ready_s = last_seen_s + section.take_off_s + usual_s
+            ready_s = last_seen_s + section.take_off_s + charged_s
             if section.in_air is not None or self.at_s <= ready_s or left == 0:
                 return {}
         if left == 0 or max(ready_s, self.at_s) >= scenario.search.horizon_s:

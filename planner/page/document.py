@@ -18,6 +18,9 @@ NO_PARTS = dict.fromkeys(("ABOUT", "SOON", "ODDS", "STILL", "DOTS", "METHODS", "
 # Has a page that is to be replaced by a better one looked for again every few seconds: by the
 # browser where no script runs, and else by the script, which keeps what is looked at.
 AGAIN = '<noscript><meta http-equiv="refresh" content="3"></noscript>\n'
+# In a script: a text; and spaces around a sign, but between two that would become one of their own.
+TEXT = re.compile(r"""("(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`)""")
+SPACED = re.compile(r" *([{}()\[\];,:<>=*/%&|?!.]+|(?<![-+])(?<![-+] )[-+]=?(?! *[-+])) *")
 # What would end the block that data stand in, or a line of a script.
 UNSAFE = str.maketrans({c: f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"})
 
@@ -112,4 +115,15 @@ def _lean(name: str) -> str:
     """Return a file of this folder without indentation, blank lines and lines of comments."""
     lines = (HERE / name).read_text(encoding="utf-8").splitlines()
     kept = (line.strip() for line in lines)
-    return "".join(f"{line}\n" for line in kept if line and not line.startswith(("//", "/*")))
+    text = "".join(f"{line}\n" for line in kept if line and not line.startswith(("//", "/*")))
+    return tight(text) if name.endswith(".js") else text
+
+
+def tight(script: str) -> str:
+    """Return a script without the spaces that only part its signs; its texts stay as they are.
+
+    It may hold no regular expression between slashes, as these are not told from divisions.
+    """
+    parts = re.split(TEXT, script)  # every other one is a text
+    parts[::2] = [SPACED.sub(r"\1", part) for part in parts[::2]]
+    return "".join(parts)

@@ -71,7 +71,7 @@ stream.onmessage = ({ data }) => {
   }
   if (event.screen && event.screen.length) {
     $("screen").hidden = false;
-    $("screen").textContent = event.screen.join("\n").replace(/\n {2,}/g, " ");
+    $("screen").textContent = event.screen.join("\n").replace(new RegExp("\\n {2,}", "g"), " ");
   }
 };
 stream.onerror = () => tell("no word from the server; trying again");

@@ -2,6 +2,8 @@
 const map = $("map"), pen = map.getContext("2d");
 const FONT = "system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif";
 const PAPER = { width: 1900, height: 1270, curve: 480 };
+// True north, degrees from the net's.
+const north = D.earth ? D.earth.north : 0;
 let view = null, ground = null, isWhole = true, onPaper = false, gridShown = false, colours = {};
 
 const ratio = () => (onPaper ? 3 : window.devicePixelRatio || 1);
@@ -34,13 +36,10 @@ const across = (x) => (x - view.x) * view.scale + map.width / 2;
 const down = (y) => map.height / 2 - (y - view.y) * view.scale;
 const eastOf = (px) => (px - map.width / 2) / view.scale + view.x;
 const northOf = (px) => view.y - (px - map.height / 2) / view.scale;
+// About a pixel, which stays where it is.
 function zoom(by, px = map.width / 2, py = map.height / 2) {
-  const x = eastOf(px), y = northOf(py);
   view.scale *= by;
-  view.x = x - (px - map.width / 2) / view.scale;
-  view.y = y + (py - map.height / 2) / view.scale;
-  isWhole = false;
-  ground = null;
+  move((px - map.width / 2) * (1 - by), (py - map.height / 2) * (1 - by));
 }
 function move(px, py) {
   view.x -= px / view.scale;
@@ -99,8 +98,6 @@ function drawAreas(c) {
 function drawNames(c) {
   const taken = [], r = ratio();
   write(c, 11, "center", "middle");
-  c.lineWidth = 3 * r;
-  c.strokeStyle = colours.bg;
   c.fillStyle = colours.dim;
   for (const [name, x, y, angle] of D.labels) {
     const px = across(x), py = down(y), turn = (-angle * Math.PI) / 180;
@@ -111,8 +108,7 @@ function drawNames(c) {
     c.save();
     c.translate(px, py);
     c.rotate(turn);
-    c.strokeText(name, 0, 0);
-    c.fillText(name, 0, 0);
+    halo(c, name, 0, 0);
     c.restore();
   }
 }
@@ -138,10 +134,9 @@ function drawGrid(c) {
   c.textAlign = "right";
   const said = `UTM ${grid.zone}, MGRS ${grid.zone} ${grid.squares}, WGS 84; a line every ${metres(grid.step_m)}, in km`;
   const wide = c.measureText(said).width + 12 * r;
-  c.save();
   c.fillStyle = colours.bg;
   c.fillRect(map.width - wide, floor - 18 * r, wide, 18 * r);
-  c.restore();
+  c.fillStyle = colours.fg;
   c.fillText(said, map.width - 6 * r, floor - 6 * r);
 }
 function halo(c, text, x, y) {
@@ -162,7 +157,7 @@ function drawScale(c) {
   halo(c, metres(m), x, y + 15 * r);
   c.save();
   c.translate(x + long + 26 * r, y + 6 * r);
-  c.rotate(((D.earth ? D.earth.north : 0) * Math.PI) / 180);
+  c.rotate((north * Math.PI) / 180);
   c.beginPath();
   line(c, [[0, -14 * r], [5 * r, 2 * r], [0, -r], [-5 * r, 2 * r]]);
   c.fill();

@@ -122,7 +122,7 @@ function drawPin([x, y, to]) {
   pen.arc(px, py, 9 * r, 0, 7);
   for (const [dx, dy] of [[r, 0], [-r, 0], [0, r], [0, -r]]) line(pen, [5, 14].map((n) => [px + n * dx, py + n * dy]));
   if (to !== undefined) {
-    const at = ((to + (D.earth ? D.earth.north : 0)) * Math.PI) / 180, end = (long, turn) => [px + long * r * Math.sin(at + turn), py - long * r * Math.cos(at + turn)];
+    const at = ((to + north) * Math.PI) / 180, end = (long, turn) => [px + long * r * Math.sin(at + turn), py - long * r * Math.cos(at + turn)];
     for (const from of [[px, py], end(44, -0.15), end(44, 0.15)]) line(pen, [from, end(56, 0)]);
   }
   pen.stroke();

@@ -10,9 +10,9 @@ tables.forEach((rows, u) => rows.forEach((row, i) => {
   const cell = row.cells[0], start = D.uavs[u].legs[i][1];
   const button = document.createElement("button");
   button.textContent = cell.textContent;
-  button.setAttribute("aria-label", "Go to leg " + cell.textContent);
+  aria(button, "label", "Go to leg " + cell.textContent);
   cell.replaceChildren(button);
-  row.addEventListener("click", () => go(start));
+  listen(row, "click", () => go(start));
 }));
 const legAt = (legs) => legs.findIndex((leg) => now < leg[2]);
 
@@ -39,15 +39,15 @@ function tell() {
     const here = now < startOf(D.uavs[u]) ? -1 : legAt(D.uavs[u].legs);
     rows.forEach((row, k) => {
       row.className = k === here ? "here" : D.uavs[u].legs[k][2] <= now ? "over" : "";
-      if (k === here) row.setAttribute("aria-current", "step");
+      if (k === here) aria(row, "current", "step");
       else row.removeAttribute("aria-current");
     });
   });
   const text = [clock(now), ...(D.curves.length ? [share + " found"] : []), ...did.map(([what]) => what)].join(", ");
   $("time").value = Math.round(now);
-  $("time").setAttribute("aria-valuetext", text);
+  aria($("time"), "valuetext", text);
   if (!playing && !following && $("state").textContent !== text) $("state").textContent = text;
-  $("live").setAttribute("aria-pressed", following);
+  aria($("live"), "pressed", following);
 }
 function show() {
   drawMap(now, pin);
@@ -76,7 +76,7 @@ function tick(ms) {
 function play(on) {
   playing = on;
   $("play").textContent = on ? "\u2016" : "\u25b6";
-  $("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  aria($("play"), "label", on ? "Pause" : "Play");
   if (!on) return tell();
   following = false;
   last = 0;
@@ -92,7 +92,7 @@ function quicken(by) {
   const n = SPEEDS.length, i = SPEEDS.indexOf(speed) + by;
   speed = SPEEDS[by ? clip(i, 0, n - 1) : (i + 1) % n];
   $("speed").textContent = speed + "\u00d7";
-  $("speed").setAttribute("aria-label", "Speed: " + speed + " times; press for another");
+  aria($("speed"), "label", "Speed: " + speed + " times; press for another");
 }
 quicken(-1);
 quicken(1);
@@ -140,13 +140,13 @@ const clicks = {
   in: () => zoom(1.5), out: () => zoom(1 / 1.5), fit,
 };
 for (const [id, act] of Object.entries(clicks))
-  $(id).addEventListener("click", () => {
+  listen($(id), "click", () => {
     act();
     show();
   });
-if (D.clock) $("live").addEventListener("click", follow);
+if (D.clock) listen($("live"), "click", follow);
 else $("live").hidden = true;
-$("time").addEventListener("input", (event) => go(+event.target.value));
+listen($("time"), "input", (event) => go(+event.target.value));
 const SHIFT = 60;
 const keys = {
   " ": () => play(!playing), Home: () => go(0), End: () => go(D.end_s),
@@ -155,7 +155,7 @@ const keys = {
   w: () => move(0, SHIFT * ratio()), s: () => move(0, -SHIFT * ratio()), a: () => move(SHIFT * ratio(), 0), d: () => move(-SHIFT * ratio(), 0),
   g: () => { gridShown = !gridShown; ground = null; }, Escape: hang,
 };
-document.addEventListener("keydown", (event) => {
+listen(document, "keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("form")) return;
   const key = event.key, on = event.target.tagName;
   if (key === " " && (on === "BUTTON" || on === "SUMMARY")) return;
@@ -167,7 +167,7 @@ document.addEventListener("keydown", (event) => {
   show();
 });
 const onCanvas = (event) => [event.offsetX * ratio(), event.offsetY * ratio()];
-map.addEventListener("wheel", (event) => {
+listen(map, "wheel", (event) => {
   event.preventDefault();
   zoom(Math.exp(-event.deltaY / 400), ...onCanvas(event));
   show();
@@ -175,13 +175,13 @@ map.addEventListener("wheel", (event) => {
 const fingers = new Map();
 let moved = 0, turning = false; // turning: from the pin on, which way it went
 const fromPin = ([px, py]) => [px - across(pin[0]), py - down(pin[1])];
-map.addEventListener("pointerdown", (event) => {
+listen(map, "pointerdown", (event) => {
   map.setPointerCapture(event.pointerId);
   if (!fingers.size) moved = 0;
   turning = pin && !fingers.size && Math.hypot(...fromPin(onCanvas(event))) < 24 * ratio();
   fingers.set(event.pointerId, onCanvas(event));
 });
-map.addEventListener("pointermove", (event) => {
+listen(map, "pointermove", (event) => {
   if (!fingers.has(event.pointerId)) return;
   const was = [...fingers.values()];
   fingers.set(event.pointerId, onCanvas(event));
@@ -191,7 +191,7 @@ map.addEventListener("pointermove", (event) => {
   if (is.length === 1 && moved < 6 * ratio()) return;
   if (turning) {
     const [px, py] = fromPin(is[0]);
-    return call(pin[0], pin[1], (Math.atan2(px, -py) * 180) / Math.PI - (D.earth ? D.earth.north : 0));
+    return call(pin[0], pin[1], (Math.atan2(px, -py) * 180) / Math.PI - north);
   }
   move(dx, dy);
   if (is.length === 2) {
@@ -201,19 +201,19 @@ map.addEventListener("pointermove", (event) => {
   }
   show();
 });
-map.addEventListener("pointerup", (event) => {
+listen(map, "pointerup", (event) => {
   const [px, py] = onCanvas(event);
   if (fingers.delete(event.pointerId) && moved < 6 * ratio()) call(eastOf(px), northOf(py));
 });
-map.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
+listen(map, "pointercancel", (event) => fingers.delete(event.pointerId));
 function scrub(event) {
   go(((event.offsetX - MARGIN.left) / (curve.clientWidth - MARGIN.left - MARGIN.right)) * D.end_s);
 }
-curve.addEventListener("pointerdown", (event) => {
+listen(curve, "pointerdown", (event) => {
   curve.setPointerCapture(event.pointerId);
   scrub(event);
 });
-curve.addEventListener("pointermove", (event) => {
+listen(curve, "pointermove", (event) => {
   if (event.buttons) scrub(event);
 });
 
@@ -227,10 +227,10 @@ function paper(on) {
   onPaper = on;
   repaint();
 }
-addEventListener("resize", () => show());
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
-addEventListener("beforeprint", () => paper(true));
-addEventListener("afterprint", () => paper(false));
+listen(window, "resize", () => show());
+listen(matchMedia("(prefers-color-scheme: dark)"), "change", repaint);
+listen(window, "beforeprint", () => paper(true));
+listen(window, "afterprint", () => paper(false));
 
 // While a call is planned a better page takes this one's place, and shows what this one did.
 const held = location.hash.slice(1).split(",").map(Number);

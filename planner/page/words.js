@@ -5,6 +5,8 @@ const add = (parent, tag, text) => {
   made.textContent = text;
   return parent.appendChild(made);
 };
+const listen = (what, event, act, how) => what.addEventListener(event, act, how);
+const aria = (what, name, text) => what.setAttribute("aria-" + name, text);
 const clip = (x, low, high) => Math.min(Math.max(x, low), high);
 
 // Columns: two bytes a number, the low one first.

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -189,3 +190,20 @@ def test_flights_too_near_each_other_are_not_exported(
     said = run("export", tmp_path, "-o", tmp_path / "flight")
     assert said.code == 2
     assert "UAV 1 and UAV 2 may be nearer than 15 m in height and 50 m beside" in said.err
+
+
+def test_a_fleet_whose_sensors_miss_is_certified(
+    run: Commands, two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The files prove the bound to a program of their own, and to `compare`."""
+    folder = tmp_path / "run"
+    shutil.copytree(two, folder)
+    told = run("certify", folder, "--work", "40", "--json").json
+    stored = json.loads((folder / "plan.json").read_text())["certificate"]
+    assert [uav["speed_mps"] for uav in stored["uavs"]] == [100.0, 80.0]
+    assert stored["rate_per_s"] > 0.0
+    assert told["lower_bound_s"] == stored["lower_bound_s"]
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    assert import_module("verify").main([str(folder)]) == 0
+    again = run("certify", folder, "--work", "1", "--force")
+    assert "the earlier bound is better and stays" in again.out

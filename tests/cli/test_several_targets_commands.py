@@ -2,12 +2,15 @@
 
 import csv
 import json
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from planner.cli import main
 from planner.files import RECORD
+from planner.mission.opening import open_scenario
 
 BLUE = '{start={"r3c0-r4c0"=0.5,"r3c0-r3c1"=0.5},name="blue",probability_present=0.8}'
 RED = '{start={"r0c0-r0c1"=1},distance_m={uniform=[0,7500]}}'
@@ -123,6 +126,25 @@ def test_where_tells_of_each_target(
         assert one["elsewhere_probability"] == pytest.approx(1.0 - present)
     with (tmp_path / "where" / "where.csv").open() as file:
         assert {row["target"] for row in csv.DictReader(file)} == {"target 0", "blue"}
+
+
+def test_the_figures_follow_from_waypoints_alone(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["futures", str(run / RECORD), "-o", str(tmp_path / "futures")]) == 0
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    check = import_module("verify").main
+    assert check([str(run), "--futures", str(tmp_path / "futures")]) == 0
+    content = json.loads((run / "plan.json").read_text())
+    del content["planned"]["sought"]  # as if there were one, which cannot weigh so much
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    assert check([str(tmp_path), "--futures", str(tmp_path / "futures")]) == 1
+
+
+def test_the_shipped_example_opens() -> None:
+    opened = open_scenario("grid5x5-two")
+    assert opened.scenario.target_names == ("red", "blue")
+    assert opened.sought == 2
 
 
 def test_the_page_tells_targets_apart(run: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.survival import Searched, survival
-from planner.errors import InputError
+from planner.errors import InputError, ScenarioError
 from planner.export.flyable import against
 from planner.flight.plan import Plan
 from planner.flight.track import Track
@@ -296,3 +296,8 @@ def test_a_line_that_means_nothing_is_told(
 ) -> None:
     with pytest.raises(InputError, match=fault):
         heard(line, Setting(three.opened.network, None, AT_S))
+
+
+def test_a_scenario_in_which_nobody_flies_is_refused() -> None:
+    with pytest.raises(ScenarioError, match=r"uav.sorties: is 0, and no UAV flies"):
+        open_scenario("figure3", overrides=(THREE, "uav.sorties=0"))

@@ -1,10 +1,12 @@
 """What a page is made of: columns, places on the Earth, rows, words."""
 
 import base64
+import re
 import shlex
 import subprocess
 from dataclasses import replace
 from datetime import timedelta
+from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -18,6 +20,7 @@ from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
 from planner.network.georeference import lonlat
 from planner.page.content import Drawn, page_content
+from planner.page.document import HERE, TEXT, tight
 from planner.page.earth import Box, earth_content, mgrs_square, utm_zone
 from planner.page.earth import band as band_of
 from planner.page.frame import MOST, NEVER, Frame, packed
@@ -272,3 +275,47 @@ def test_a_command_is_numbers_but_for_the_net(berlin: OpenScenario) -> None:
     call = page_content(run, Drawn.of(run))["call"]
     assert shlex.split(call["sh"]) == [NASTY[0]]
     assert call["rest"] == ["--drone-at=52.43046,13.52019", "--battery=25min"]
+
+
+# Scripts
+
+SIGNS = (
+    ">>>",
+    "===",
+    "!==",
+    "...",
+    "**",
+    "=>",
+    "==",
+    "!=",
+    "<=",
+    ">=",
+    "&&",
+    "||",
+    "??",
+    "++",
+    "--",
+)
+SIGNS += ("+=", "-=", "*=", "/=", ">>", "<<", "?.", "//", "/*")
+TOKEN = re.compile(r"[\w$]+(?:\.\d+)?|" + "|".join(map(re.escape, SIGNS)) + r"|\S")
+
+
+def tokens(script: str) -> list[str]:
+    """A script's tokens: the longest signs first, as a browser reads them, and whole texts."""
+    parts = re.split(TEXT, script)
+    found = [[part] if k % 2 else TOKEN.findall(part) for k, part in enumerate(parts)]
+    return [token for some in found for token in some]
+
+
+@pytest.mark.parametrize("file", sorted(HERE.glob("*.js")), ids=lambda file: file.name)
+def test_a_tight_script_has_the_same_tokens(file: Path) -> None:
+    lines = (line.strip() for line in file.read_text(encoding="utf-8").splitlines())
+    script = "\n".join(line for line in lines if not line.startswith("//"))
+    assert tokens(tight(script)) == tokens(script)
+    assert len(tight(script)) < 0.95 * len(script)
+
+
+def test_signs_that_would_become_one_stay_apart() -> None:
+    for script in ("a - -b", "a + +b", "a - --b", 'a + " - b "', "`${a} - b`"):
+        assert tokens(tight(script)) == tokens(script)
+    assert tight("a + b  =>  c ? d : [ e ] - 1") == "a+b=>c?d:[e]-1"

@@ -1,10 +1,10 @@
 """Targets that rest make an order of roads a minimum latency tour, whose optimum is known.
 
 Points are those of TSPLIB. ``optimum`` is what the literature has (Abeledo, Fukasawa, Pessoa and
-Uchoa 2013): the sum over all points of when they are reached from the first one, and of when that is
-reached again, with distances rounded to whole numbers. A search does not fly back: what it is held
-against, ``least_one_way``, is the best known to us, the least sum without the way back that searches
-many times as long found from many starts; nobody has proven it.
+Uchoa 2013): the sum over all points of when they are reached from the first one, and of when that
+is reached again, with distances rounded to whole numbers. A search does not fly back: what it is
+held against, ``least_one_way``, is the best known to us, the least sum without the way back that
+searches many times as long found from many starts; nobody has proven it.
 """
 
 import json

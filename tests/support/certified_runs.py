@@ -9,6 +9,7 @@ import numpy as np
 from planner.bounds.certificate import Effort, certified
 from planner.detection.evaluate import evaluate
 from planner.flight.plan import Plan
+from planner.flight.uav import Uav
 from planner.mission.certificate_file import (
     certificate_content,
     sha256_of_motion,
@@ -47,29 +48,39 @@ def write_record(folder: Path, problem: Problem) -> None:
 
 def scenario_of(problem: Problem) -> dict[str, Any]:
     """What a scenario says of a problem, as run.json has it."""
-    uav, by_s = problem.uav, problem.objective.by_s
-    horizon_s, longest_s = problem.objective.horizon_s, uav.max_flight_time_s
+    by_s, sensor = problem.objective.by_s, problem.sensor
     objective = (
         {"objective": "time"} if by_s is None else {"objective": "probability", "by_s": by_s}
     )
-    wind = {}
+    uavs, detects = [_of_uav(uav) for uav in problem.uavs], sensor.detects(problem.uav.speed_mps)
+    return {
+        "target": {"last_seen_ago_s": 0.0},
+        "uav": uavs if problem.others else uavs[0],
+        "sensor": {
+            "radius_m": sensor.radius_m,
+            "detects_in_transit": sensor.detects_in_transit,
+            **({} if sensor.is_perfect else {"detects": detects}),
+        },
+        "search": {
+            "horizon_s": problem.objective.horizon_s,
+            "seed": 1,
+            "planning_time_s": 0.0,
+            **objective,
+        },
+    }
+
+
+def _of_uav(uav: Uav) -> dict[str, Any]:
+    longest_s, wind = uav.max_flight_time_s, {}
     if uav.aircraft is not None:
         wind["wind"] = {"speed_mps": float(np.hypot(*uav.aircraft.law.wind_mps))}
     return {
-        "target": {"last_seen_ago_s": 0.0},
-        "uav": {
-            "speed_mps": uav.speed_mps,
-            "altitude_m": uav.altitude_m,
-            "start": {"x_m": uav.x_m, "y_m": uav.y_m},
-            "take_off_s": uav.take_off_s,
-            **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
-            **wind,
-        },
-        "sensor": {
-            "radius_m": problem.sensor.radius_m,
-            "detects_in_transit": problem.sensor.detects_in_transit,
-        },
-        "search": {"horizon_s": horizon_s, "seed": 1, "planning_time_s": 0.0, **objective},
+        "speed_mps": uav.speed_mps,
+        "altitude_m": uav.altitude_m,
+        "start": {"x_m": uav.x_m, "y_m": uav.y_m},
+        "take_off_s": uav.take_off_s,
+        **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
+        **wind,
     }
 
 

@@ -5,6 +5,9 @@ thread counts in full, that of the rounds which two share by half. So a busy mac
 same. The conditions beside the distances of the paper are ones that nothing was tuned for; three
 distances are drawn by the day.
 
+The table is Markdown, on stdout; what is written meanwhile, curves and time left, on stderr. Ctrl-C
+ends it with the rows that are done.
+
 python tools/benchmark.py --certificate [--only "120 km"] [--seconds 600] [--particles 1000]
 """
 
@@ -14,22 +17,26 @@ import math
 import resource
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 import planner
 from planner.bounds.certificate import FIRST_STEPS, Certificate, Effort, certified, gap_of
+from planner.clock import rough
 from planner.detection.evaluate import evaluate
 from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
+from planner.interrupts import first_interrupt_asks, stopped_by_signals
 from planner.messages import percent
 from planner.search.best import best
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from planner.search.stop import never
 from planner.streams import stream
 
+INTERRUPTED = 130  # exit code
 MINUTE_S, TEN_S = 60.0, 600.0  # after these the gaps aimed at are told
 CORES = 2
 CURVE_S = (10.0, 20.0, 30.0, 45.0, 60.0, 120.0, 300.0, 600.0)
@@ -136,8 +143,15 @@ class Clock:
         return now_s - self._begun_s - shared_s * (1 - 1 / CORES)
 
 
-def curve(condition: Condition, particles: int, seconds: float) -> list[Point]:
+def curve(
+    condition: Condition, particles: int, seconds: float, asked: Callable[[], bool] = never
+) -> list[Point]:
     """Return what `best` and its bound reach over a number of seconds, and at their end.
+
+    Parameters
+    ----------
+    asked
+        Whether to end sooner.
 
     Raises
     ------
@@ -146,14 +160,15 @@ def curve(condition: Condition, particles: int, seconds: float) -> list[Point]:
     """
     problem, clock = condition.problem(particles), Clock()
     work = MORE * planner.open_scenario(condition.net).scenario.search.work
-    plan = best(problem, budget=planner.Budget(work=work), rng=stream(1, "planner", "best")).plan
+    budget = planner.Budget(work=work, stop=lambda _: asked())
+    plan = best(problem, budget=budget, rng=stream(1, "planner", "best")).plan
     due_s = [at_s for at_s in CURVE_S if at_s < seconds]
     reached: list[tuple[float, int]] = []  # when, and how many steps were done by then
 
     def stop(steps: int) -> bool:
         if steps >= FIRST_STEPS:
             clock.share()
-        return clock.passed_s() > seconds
+        return asked() or clock.passed_s() > seconds
 
     def on_progress(steps: int, _: int, __: str = "", /) -> None:
         if due_s and clock.passed_s() >= due_s[0]:
@@ -182,21 +197,83 @@ def value_of(problem: Problem, plan: Plan) -> float:
     return float(problem.futures.weight @ np.minimum(seen_at, problem.horizon_s))
 
 
-def verdict(points: Sequence[Point], condition: Condition, seconds: float) -> tuple[bool, str]:
-    """Return whether the gaps are those aimed at, and these beside them in words."""
-    last, held, words = points[-1], True, ""
-    for at_s, aim in zip((MINUTE_S, TEN_S), condition.aims, strict=True):
-        point = next((one for one in points if one.after_s >= at_s), last)
-        is_known = point.after_s >= at_s or last.after_s < seconds  # it was done sooner
-        aimed = "-" if math.isinf(aim) else percent(aim)
-        words += f" {point.gap:8.2%} {aimed:>6}" if is_known else f" {'':8} {aimed:>6}"
-        held &= not is_known or round(point.gap, 4) <= aim
-    return held, words
+@dataclass(frozen=True)
+class Row:
+    """What came of a condition; no points where there is no bound."""
+
+    condition: Condition
+    points: Sequence[Point]
+    note: str = ""  # why there is no bound
+
+    def gaps(self, seconds: float) -> list[float | None]:
+        """Return the gap after a minute and after ten; None: so long it was not measured."""
+        if not self.points:
+            return [math.inf, math.inf]
+        last = self.points[-1]
+        return [
+            next((one for one in self.points if one.after_s >= at_s), last).gap
+            if last.after_s >= at_s or last.after_s < seconds  # it was done sooner
+            else None
+            for at_s in (MINUTE_S, TEN_S)
+        ]
+
+    def cells(self, seconds: float) -> Iterator[tuple[str, bool]]:
+        """Yield the cells of the table, and whether each is a gap above its aim."""
+        yield self.condition.name, False
+        value, bound = (
+            (f"{self.points[-1].value:,.1f}", f"{self.points[-1].bound:,.1f}")
+            if self.points
+            else ("", "none")
+        )
+        yield value, False
+        yield bound, False
+        for gap, aim in zip(self.gaps(seconds), self.condition.aims, strict=True):
+            shown = "" if gap is None or math.isinf(gap) else f"{100 * gap:.2f}"
+            yield shown or "-", gap is not None and round(gap, 4) > aim
+            yield "-" if math.isinf(aim) else f"{100 * aim:g}", False
+
+
+def table(rows: Sequence[Row], seconds: float) -> str:
+    """Return the gaps beside those aimed at, in Markdown; a gap above its aim is bold."""
+    lines = [
+        "| gap, % | value, s | bound, s | after a minute | at most | after ten | at most |",
+        "|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    for row in rows:
+        cells = [f"**{text}**" if missed else text for text, missed in row.cells(seconds)]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def measured(
+    chosen: Sequence[Condition], particles: int, seconds: float, asked: Callable[[], bool]
+) -> Iterator[Row]:
+    """Yield a row for each condition, one after the other, and tell how far it is."""
+    begun_s = time.monotonic()
+    for done, one in enumerate(chosen):
+        each_s = (time.monotonic() - begun_s) / done if done else seconds
+        left = rough(each_s * (len(chosen) - done))
+        tell(f"{done + 1} of {len(chosen)}: {one.name}; about {left} left")
+        try:
+            row = Row(one, curve(one, particles, seconds, asked))
+        except NotApplicableError as error:
+            row = Row(one, (), str(error))
+        if asked():
+            return
+        tell("    " + ("; ".join(map(str, row.points)) or f"no bound: {row.note}"))
+        yield row
+
+
+def tell(line: str) -> None:
+    """Write a line beside the table."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print value, bound and gap beside the aims for each condition; 1 if an aim is missed."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    """Print the table; 1 if an aim is missed, 130 if it was interrupted."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument(
         "--only",
         action="append",
@@ -206,28 +283,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=MINUTE_S, help="for each (default 60)")
     parser.add_argument("--particles", type=int, default=1000, help="default 1000")
     wanted = parser.parse_args(argv)
-    curve(Condition("compiling", 700), 16, 5.0)
-    missed = 0
-    print(f"{'':28} {'value':>7} {'bound':>7} {'1 min':>8} {'aim':>6} {'10 min':>8} {'aim':>6}")
-    for one in conditions(datetime.datetime.now(tz=datetime.UTC).date()):
-        if wanted.only and not one.name.startswith(tuple(wanted.only)):
-            continue
-        try:
-            points = curve(one, wanted.particles, wanted.seconds)
-        except NotApplicableError as error:
-            print(f"{one.name:28} no bound: {error}")
-            missed += not math.isinf(one.aims[0])
-            continue
-        last, (held, words) = points[-1], verdict(points, one, wanted.seconds)
-        missed += not held
-        word = "" if held else "  missed"
-        print(f"{one.name:28} {last.value:7.1f} {last.bound:7.1f}{words}{word}")
-        print("    " + "; ".join(map(str, points)), flush=True)
-    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"peak memory {peak_mb:,.0f} MB")
+    known = [*conditions(datetime.datetime.now(tz=datetime.UTC).date())]
+    begins = tuple(wanted.only or [""])
+    chosen = [one for one in known if one.name.startswith(begins)]
+    if not chosen:
+        names = ", ".join(one.name for one in known)
+        parser.error(f"--only {begins[0]}: no condition begins so; there are {names}")
+    with stopped_by_signals(), first_interrupt_asks() as asked:
+        curve(Condition("compiling", 700), 16, 5.0, asked)
+        rows = [*measured(chosen, wanted.particles, wanted.seconds, asked)]
+    print(table(rows, wanted.seconds))
+    tell(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:,.0f} MB")
     for name, note in STEERING.items():
-        print(f"Tried to steer the search for plans: {name}. {note}")
-    return 1 if missed else 0
+        tell(f"Tried to steer the search for plans: {name}. {note}")
+    missed = any(missed for row in rows for _, missed in row.cells(wanted.seconds))
+    return INTERRUPTED if asked() else int(missed)
 
 
 if __name__ == "__main__":

@@ -5,13 +5,12 @@ Speeds stay constant, so that fresh targets are moved without SUMO.
 
 import numpy as np
 
-from planner import Futures, OpenScenario, Particles, Prior, RoadNetwork, open_scenario, stream
+from planner import Futures, OpenScenario, Particles, RoadNetwork, open_scenario, stream
 from planner import sample as sampled
-from planner.belief.mixture import Mixture
+from planner.belief.mixture import Belief
 
 GRID, SEED = "grid5x5", 1001
 DISTANCES_KM = (60, 120, 300)
-Belief = Prior | Mixture
 
 
 def opened_at(u0_km: int, *overrides: str, seed: int = 1) -> OpenScenario:
@@ -56,4 +55,5 @@ def moved(network: RoadNetwork, particles: Particles) -> Futures:
     xy_m[knots[:-1]] = network.edge_xy(edge[first[:-1]], particles.start_m)
     xy_m[at_end] = network.edge_xy(edge, length_m)
     x_m, y_m = xy_m.T
-    return Futures(time_s, x_m, y_m, knots, particles.weight, particles.gone)
+    weight, gone = particles.weight, particles.gone
+    return Futures(time_s, x_m, y_m, knots, weight, gone, particles.target)
