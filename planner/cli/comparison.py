@@ -64,7 +64,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     uav = opened.scenario.uav
     flown = [real_flight.aircraft_line(uav)] if uav.is_real else []
     blind = sentences.as_if_perfect({row.method: row.evaluated for row in rows if row.evaluated})
-    hidden = sentences.hidden_line(opened.scenario.truth.hidden)
+    hidden = sentences.hidden_line(opened.scenario.hidden)
     flees = sentences.flees_line(opened.scenario.target)
     said = [
         table,

@@ -350,7 +350,7 @@ def _blocks(
         None,
         (
             sentences.as_if_perfect({found.row.method: trial.evaluated}),
-            sentences.hidden_line(opened.scenario.truth.hidden),
+            sentences.hidden_line(opened.scenario.hidden),
             sentences.flees_line(opened.scenario.target),
         ),
     )
@@ -378,7 +378,7 @@ def _hints(found: _Found, *, own: bool) -> Iterator[str]:
     if not found.opened.network.is_abstract:
         yield from sentences.prospects_lines(found.prospects)
         hint = sentences.few_in_town(len(trial.planned.weight))
-    if own or scenario.truth != scenario.target:
+    if own or scenario.truths != scenario.targets:
         return
     sampling = scenario.search.sampling
     hint = hint or sentences.particles_hint(trial.planned, trial.evaluated, sampling)

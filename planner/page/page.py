@@ -174,7 +174,7 @@ def _notes(run: Shown) -> Iterator[str]:
         f"(95 %: {low * 100:.0f} .. {high * 100:.0f} %)."
     )
     yield from _several(run)
-    hidden = hidden_line(run.opened.scenario.truth.hidden)
+    hidden = hidden_line(run.opened.scenario.hidden)
     if hidden:
         yield hidden[0].upper() + hidden[1:] + "."
     left = left_unseen(run.fresh, evaluated, run.until_s)

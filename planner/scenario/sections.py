@@ -347,6 +347,11 @@ class Scenario:
         return (self.truth, *self.other_truths)
 
     @property
+    def hidden(self) -> float:
+        """The share of true targets that no pass can see, of any one on average."""
+        return sum(truth.hidden or 0.0 for truth in self.truths) / len(self.truths)
+
+    @property
     def target_names(self) -> tuple[str, ...]:
         """What each target is called: its name, or its number from 1 on."""
         return tuple(
