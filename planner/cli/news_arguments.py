@@ -53,7 +53,7 @@ def add_news(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="which of several targets is found: its name, or its number from 0; repeatable",
+        help="which of several targets is found: its name, or its number from 1; repeatable",
     )
     parser.add_argument(
         "--same-source",
@@ -89,8 +89,7 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
             found = found.then(heard(sentence(text), setting))
     for name in arguments.found:
         with named("--found"):
-            target = int(name) if name.isdecimal() else name
-            found = found.then(heard({"kind": "found", "target": target}, setting))
+            found = found.then(heard({"kind": "found", "target": name}, setting))
     if arguments.news is not None:
         for one in news_of_file(arguments.news, setting):
             found = found.then(one)

@@ -256,17 +256,20 @@ class _Line:
     # Values
 
     def _target(self) -> Any:
-        """Return which target news is of: its number, also where its name is said."""
+        """Return which target news is of, from 0 on; it is said by its name, or by its number."""
         names = self._setting.targets
-        said = self._line.get("target", 0 if len(names) == 1 else None)
+        if len(names) == 1:
+            return self._line.get("target", 0)
+        said = self._line.get("target")
         if said is None:
             raise InputError(f"target: is missing; give which it is: {', '.join(names)}")
-        if isinstance(said, str) and len(names) > 1:
-            if said not in names:
-                text = f"{as_written(said)} is none of the targets; {suggestion(said, names)}"
-                raise InputError(f"target: {text}")
+        if said in names:
             return names.index(said)
-        return said
+        number = int(said) if str(said).isdecimal() else 0  # as it is printed, from 1 on
+        if not 1 <= number <= len(names):
+            hint = f"{suggestion(str(said), names)}, or 1 to {len(names)}"
+            raise InputError(f"target: {as_written(said)} is none of the targets; {hint}")
+        return number - 1
 
     def _called(self, target: Any) -> str:
         """Return of which target something is said; nothing where there is one."""
