@@ -130,6 +130,20 @@ def evaluation(value_s: float) -> Any:
     )
 
 
+def test_targets_turn_back_on_the_way_they_came(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(TOOLS))
+    turned_back = import_module("benchmarks.beliefs").turned_back
+    routes = [["r0c0-r0c1", "r0c1-r1c1"], ["r0c1-r1c1"]]
+    futures = physics_futures(grid(2, 2, road_m=1000.0), routes, 0.0, np.array([5.0, 4.0]))
+    back = turned_back(futures, np.random.default_rng(3))
+    assert not back.gone.any()
+    for k in range(len(back)):
+        turns_s = 0.5 * float(back.end_s[k])
+        before_s = np.linspace(0.0, turns_s, 30)
+        np.testing.assert_allclose(back.xy(k, before_s), futures.xy(k, before_s))
+        np.testing.assert_allclose(back.xy(k, 2.0 * turns_s - before_s), back.xy(k, before_s))
+
+
 # The table of gaps
 
 
@@ -166,17 +180,3 @@ def test_gaps_that_are_known_when_it_is_interrupted_are_printed(
     assert said.out.splitlines()[2:] == ["| 60 km | 200.0 | 200.0 | 0.00 | 0 | 0.00 | 0 |"]
     assert "2 of 2: 120 km; about " in said.err
     assert gaps.main(["--only", "60 km"]) == 0
-
-
-def test_targets_turn_back_on_the_way_they_came(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(TOOLS))
-    turned_back = import_module("benchmarks.beliefs").turned_back
-    routes = [["r0c0-r0c1", "r0c1-r1c1"], ["r0c1-r1c1"]]
-    futures = physics_futures(grid(2, 2, road_m=1000.0), routes, 0.0, np.array([5.0, 4.0]))
-    back = turned_back(futures, np.random.default_rng(3))
-    assert not back.gone.any()
-    for k in range(len(back)):
-        turns_s = 0.5 * float(back.end_s[k])
-        before_s = np.linspace(0.0, turns_s, 30)
-        np.testing.assert_allclose(back.xy(k, before_s), futures.xy(k, before_s))
-        np.testing.assert_allclose(back.xy(k, 2.0 * turns_s - before_s), back.xy(k, before_s))

@@ -237,10 +237,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    given = asdict(run.given)
+    given = {key: said for key, said in asdict(run.given).items() if key != "uavs"}
     uavs = [
-        f"UAV {number + 1} " + ", ".join(f"{key} {value!r}" for key, value in uav.items())
-        for number, uav in enumerate(given.pop("uavs"))
+        f"UAV {number}: take-off {uav.take_off_s} s at {uav.place_m}, speed_mps {uav.speed_mps}, "
+        f"landing_s {uav.landing_s}"
+        for number, uav in enumerate(run.given.uavs, 1)
     ]
     print("assumed:", ", ".join([*(f"{key} {value!r}" for key, value in given.items()), *uavs]))
     print(

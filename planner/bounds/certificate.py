@@ -88,7 +88,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
-    on_roads = plan.follows_roads and problem.uav.aircraft is None
+    strays_m = [uav.strays_m for uav in problem.uavs if uav.aircraft is not None]
+    on_roads = plan.follows_roads and not strays_m
     objective = problem.objective
     if objective.sought > 1:
         raise NotApplicableError("there is no bound yet on searches for several targets")
@@ -97,10 +98,10 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     own, problem = problem, problem.replace(sensor=problem.sensor.without_misses)
     if own.sensor.detects(own.uav.speed_mps) >= 1.0 - LITTLE:
         own = problem
-    if problem.uav.aircraft is not None:
-        sees_m = problem.sensor.radius_m + problem.uav.strays_m
-        wider = replace(problem.sensor, radius_m=sees_m)
-        problem = problem.replace(uav=problem.uav.fastest, sensor=wider)
+    if strays_m:
+        wider = replace(problem.sensor, radius_m=problem.sensor.radius_m + max(strays_m))
+        uav, *others = (uav.fastest for uav in problem.uavs)
+        problem = problem.replace(uav=uav, others=tuple(others), sensor=wider)
     weight = problem.futures.weight
     value = objective.value(float(weight @ earned))
     earliest_s = chased_by_any(problem.futures, problem.uavs, problem.sensor)
@@ -139,13 +140,14 @@ def _of_fleet(
     reward = float(problem.futures.weight @ earned)
     start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
     found, prices = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
-    bound, trace, rate_per_s = (
-        objective.value(min(found, most)),
-        tuple(so_far.trace),
-        problem.sensor.rate_per_s,
-    )
     return Certificate(
-        value, bound, "roads", table.bin_s, {(): prices}, trace=trace, rate_per_s=rate_per_s
+        value,
+        objective.value(min(found, most)),
+        "roads",
+        table.bin_s,
+        {(): prices},
+        trace=tuple(so_far.trace),
+        rate_per_s=problem.sensor.rate_per_s,
     )
 
 

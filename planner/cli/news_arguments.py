@@ -11,7 +11,8 @@ from planner.cli.arguments import metres, path, share
 from planner.errors import InputError
 from planner.guard import parsed_json, read_text
 from planner.mission.debrief import Wanted, reading_of
-from planner.mission.news_words import Heard, Setting, heard, sentence
+from planner.mission.heard import Heard
+from planner.mission.news_words import Setting, heard, sentence
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.scenario.news import MOST_NEWS
@@ -52,7 +53,7 @@ def add_news(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="which of several targets is found: its name, or its number from 0; repeatable",
+        help="which of several targets is found: its name, or its number from 1; repeatable",
     )
     parser.add_argument(
         "--same-source",
@@ -88,8 +89,7 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
             found = found.then(heard(sentence(text), setting))
     for name in arguments.found:
         with named("--found"):
-            target = int(name) if name.isdecimal() else name
-            found = found.then(heard({"kind": "found", "target": target}, setting))
+            found = found.then(heard({"kind": "found", "target": name}, setting))
     if arguments.news is not None:
         for one in news_of_file(arguments.news, setting):
             found = found.then(one)

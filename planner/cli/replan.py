@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.detection.paired import Ahead
-    from planner.mission.news_words import Heard
+    from planner.mission.heard import Heard
     from planner.mission.opening import OpenScenario
     from planner.mission.plan_file import StoredPlan
     from planner.mission.replan import Replanned

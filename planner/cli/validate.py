@@ -26,7 +26,7 @@ EXAMPLES = (
     ("validate traffic.toml", "against 20 unseen realisations"),
     ("validate traffic.toml --set target.driving=free", ""),
     ("validate berlin --truths mon.xml tue.xml --begin 8:00:00", ""),
-    ("validate berlin --truths mon.gpx tue.gpx --begin 6:00:00", "UTC"),
+    ("validate berlin --truths mon.gpx tue.gpx --begin 6:00:00", ""),
 )
 REALISATIONS, EACH = 20, 10
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from planner.compiling import COMPILING
 from planner.flight.plan import Plan
-from planner.mission.news_words import Heard
+from planner.mission.heard import Heard
 from planner.mission.online import Mission
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import budget_of

@@ -8,7 +8,7 @@ ago as in "-5min". All that is not understood is refused in one line.
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,14 +18,14 @@ import numpy as np
 from planner.clock import clock, seconds, span, when
 from planner.errors import InputError
 from planner.messages import as_written, percent, suggestion
+from planner.mission.heard import Heard
 from planner.mission.joined import Joined
 from planner.mission.news import target_faults
-from planner.mission.resume import OfUav, Standing
 from planner.network.georeference import coordinates
 from planner.network.place_words import Where, on_road, told, where
 from planner.network.road_network import RoadNetwork
 from planner.scenario.faults import faults_of
-from planner.scenario.news import KINDS, News, NothingNews, ReportNews, SearchedNews
+from planner.scenario.news import KINDS, NothingNews, ReportNews, SearchedNews
 from planner.scenario.uav import UavSection
 from planner.telemetry.flown import Reading, flown
 from planner.telemetry.read import read_log
@@ -74,46 +74,6 @@ class Setting(NamedTuple):
     folder: Path = Path()  # where relative paths start
     targets: tuple[str, ...] = ("the target",)  # what each is called, by number
     reading: Reading | None = None  # how recorded flights are understood; None: there are none
-
-
-@dataclass(frozen=True)
-class Heard:
-    """What a piece of news means."""
-
-    news: tuple[News, ...] = ()  # of the target
-    standing: Mapping[str, Any] = field(default_factory=dict)  # of UAVs, as `Standing` has it
-    same_source: bool = False  # whether a report is from who gave the last one
-    insist: bool = False  # whether a report counts that hardly can be true
-    said: tuple[str, ...] = ()  # how it was understood
-
-    def then(self, other: "Heard") -> "Heard":
-        """Return both together."""
-        return Heard(
-            (*self.news, *other.news),
-            _together(self.standing, other.standing),
-            self.same_source or other.same_source,
-            self.insist or other.insist,
-            (*self.said, *other.said),
-        )
-
-    def standing_at(self, at_s: float) -> Standing:
-        """Return where the UAVs are at a time."""
-        named = {uav: OfUav(**said) for uav, said in self.standing.get("uavs", {}).items()}
-        return Standing(at_s, **{**self.standing, "uavs": named})
-
-
-def _together(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what two pieces of news say of UAVs: delays add up, and the later place counts."""
-    found = {**one, **other}
-    for key in {*one} & {*other}:
-        if key == "uavs":
-            both = {*one[key], *other[key]}
-            found[key] = {
-                uav: _together(one[key].get(uav, {}), other[key].get(uav, {})) for uav in both
-            }
-        elif key in ("late_s", "joined"):
-            found[key] = one[key] + other[key]
-    return found
 
 
 def sentence(text: str) -> dict[str, Any]:
@@ -296,17 +256,20 @@ class _Line:
     # Values
 
     def _target(self) -> Any:
-        """Return which target news is of: its number, also where its name is said."""
+        """Return which target news is of, from 0 on; it is said by its name, or by its number."""
         names = self._setting.targets
-        said = self._line.get("target", 0 if len(names) == 1 else None)
+        if len(names) == 1:
+            return self._line.get("target", 0)
+        said = self._line.get("target")
         if said is None:
             raise InputError(f"target: is missing; give which it is: {', '.join(names)}")
-        if isinstance(said, str) and len(names) > 1:
-            if said not in names:
-                text = f"{as_written(said)} is none of the targets; {suggestion(said, names)}"
-                raise InputError(f"target: {text}")
+        if said in names:
             return names.index(said)
-        return said
+        number = int(said) if str(said).isdecimal() else 0  # as it is printed, from 1 on
+        if not 1 <= number <= len(names):
+            hint = f"{suggestion(str(said), names)}, or 1 to {len(names)}"
+            raise InputError(f"target: {as_written(said)} is none of the targets; {hint}")
+        return number - 1
 
     def _called(self, target: Any) -> str:
         """Return of which target something is said; nothing where there is one."""

@@ -348,9 +348,9 @@ class Scenario:
 
     @property
     def target_names(self) -> tuple[str, ...]:
-        """What each target is called: its name, or its number from 0 on."""
+        """What each target is called: its name, or its number from 1 on."""
         return tuple(
-            target.name or f"target {number}" for number, target in enumerate(self.targets)
+            target.name or f"target {number}" for number, target in enumerate(self.targets, 1)
         )
 
     @property

@@ -30,7 +30,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_plan_tells_of_each_target_and_of_all(run: Path) -> None:
     content = json.loads((run / "plan.json").read_text())
-    assert content["targets"] == ["target 0", "blue"]
+    assert content["targets"] == ["target 1", "blue"]
     assert content["planned"]["sought"] == 2
     several = content["evaluated"]["several"]
     times_s = [one["expected_detection_time_s"] for one in several["each"]]
@@ -59,16 +59,16 @@ def test_tables_tell_of_each_and_of_the_first_and_the_last(
         rows = [*csv.DictReader(file)]
     assert len(rows) == 60
     assert [(row["flight"], row["target"]) for row in rows[:3]] == [
-        ("0", "target 0"),
+        ("0", "target 1"),
         ("0", "blue"),
-        ("1", "target 0"),
+        ("1", "target 1"),
     ]
 
 
 def test_one_mission_says_who_is_found_when(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fly", str(run), "--targets", "1", "--force"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "target 0: found" in said or "target 0: not found" in said
+    assert "target 1: found" in said or "target 1: not found" in said
     assert "blue: found" in said or "blue: not found" in said
 
 
@@ -104,12 +104,12 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
     assert content["evaluated"]["expected_detection_time_s"] < 10_000
     heard = json.loads((tmp_path / "a" / RECORD).read_text())["scenario"]["news"]["heard"]
     assert {"kind": "found", "target": 1} in heard
-    again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "0"]
+    again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "1"]
     assert main([*again, "-o", str(tmp_path / "b")]) == 2
     assert "every target is found" in capsys.readouterr().err
     assert main(["replan", str(run), *rest, "--found", "green", "-o", str(tmp_path / "c")]) == 2
     assert (
-        '--found: target: "green" is none of the targets; known: target 0, blue'
+        '--found: target: "green" is none of the targets; known: target 1, blue'
         in capsys.readouterr().err
     )
 
@@ -120,12 +120,12 @@ def test_where_tells_of_each_target(
     place = [str(run / RECORD), "--at", "900", "--json", "-o", str(tmp_path / "where")]
     assert main(["where", *place]) == 0
     content = json.loads(capsys.readouterr().out)["targets"]
-    assert [one["target"] for one in content] == ["target 0", "blue"]
+    assert [one["target"] for one in content] == ["target 1", "blue"]
     for one, present in zip(content, (1.0, 0.8), strict=True):
         assert sum(road["probability"] for road in one["roads"]) == pytest.approx(present)
         assert one["elsewhere_probability"] == pytest.approx(1.0 - present)
     with (tmp_path / "where" / "where.csv").open() as file:
-        assert {row["target"] for row in csv.DictReader(file)} == {"target 0", "blue"}
+        assert {row["target"] for row in csv.DictReader(file)} == {"target 1", "blue"}
 
 
 def test_the_figures_follow_from_waypoints_alone(

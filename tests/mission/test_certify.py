@@ -343,7 +343,7 @@ def test_what_is_assumed_is_said(tmp_path: Path) -> None:
     write_certified(tmp_path, problem, rate_plan(problem), steps=1)
     uav, first = problem.uav, verify(tmp_path).stdout.splitlines()[0]
     assert first.startswith("assumed: ")
-    for said in (f"speed_mps {uav.speed_mps},", "horizon_s 3000.0,", "landing_s None,", "take-off"):
+    for said in (f"speed_mps {uav.speed_mps},", "horizon_s 3000.0,", "landing_s None", "take-off"):
         assert said in first
 
 

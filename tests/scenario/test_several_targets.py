@@ -44,7 +44,7 @@ def test_each_table_is_a_target(folder: Path) -> None:
     scenario = read_scenario(folder)
     assert [target.start for target in scenario.targets] == [{"a": 1.0}, {"b": 1.0}]
     assert scenario.target is scenario.targets[0]
-    assert scenario.target_names == ("target 0", "the blue van")
+    assert scenario.target_names == ("target 1", "the blue van")
     assert scenario.truths == scenario.targets
 
 

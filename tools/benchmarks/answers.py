@@ -16,8 +16,8 @@ from planner import OpenScenario, Remembering, Standing, open_scenario
 from planner.compiling import COMPILING
 from planner.export.flyable import against
 from planner.mission.ask import ask
+from planner.mission.heard import Heard
 from planner.mission.live import BEST_S, QUICK_S, Live, Offer
-from planner.mission.news_words import Heard
 from planner.mission.questions import About, of_a_flight
 from planner.paper.in_flight import OLD_S, Flight, report_of
 

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from benchmarks import answers, beliefs, fleet, misses, news
+from benchmarks import answers, beliefs, fleet, misses, news, two_targets
 from benchmarks.figures import Figure, machine, show
 from benchmarks.grid import DISTANCES_KM, fresh, opened_at
 from benchmarks.towns import TOWNS
@@ -27,12 +27,13 @@ class Size(NamedTuple):
     targets: int  # that judge plans
     reports: int  # at each of three times
     sequences: int  # of alarms
+    finds: int  # drawn, of the first of two targets
     berlin: int  # targets that judge plans there
     particles: int  # that plans are made on after a report in a town
 
 
-FULL = Size(seeds=5, targets=65_536, reports=200, sequences=64, berlin=2100, particles=2000)
-SMALL = Size(seeds=2, targets=4096, reports=2, sequences=2, berlin=200, particles=200)
+FULL = Size(5, targets=65_536, reports=200, sequences=64, finds=64, berlin=2100, particles=2000)
+SMALL = Size(2, targets=4096, reports=2, sequences=2, finds=4, berlin=200, particles=200)
 Section = tuple[str, Iterator[Figure]]
 
 
@@ -63,6 +64,12 @@ def _alarms(size: Size, distances_km: Sequence[int]) -> Iterator[Section]:
         yield f"alarms, {km} km", news.alarm_rows(km, size.targets, size.sequences)
 
 
+def _targets(size: Size, distances_km: Sequence[int]) -> Iterator[Section]:
+    for km in distances_km:
+        yield f"two targets, {km} km", two_targets.corner_rows(km, size.targets, size.finds)
+        yield f"two alike, {km} km", two_targets.alike_rows(km, size.targets, size.finds)
+
+
 def _caution(size: Size, distances_km: Sequence[int]) -> Iterator[Section]:
     for km in distances_km:
         yield f"caution, {km} km", beliefs.caution_rows(km, size.seeds, size.targets)
@@ -84,6 +91,7 @@ PARTS: dict[str, Callable[[Size, Sequence[int]], Iterator[Section]]] = {
     "no-news": _silence,
     "reports": _reports,
     "alarms": _alarms,
+    "targets": _targets,
     "caution": _caution,
     "questions": _questions,
     "live": _live,
