@@ -70,6 +70,12 @@ class Flights:
                 self.states[*order, leg] = state.after(self.problem.legs, leg, state.seen_at)
         return found
 
+    def forget_all_but(self, order: tuple[int, ...]) -> None:
+        """Keep what goes on from an order alone; the rest, gigabytes, cannot come any more."""
+        for known in (self.states, self.known):
+            for one in [one for one in known if one[: len(order)] != order]:
+                del known[one]
+
 
 class Transition(pomdp_py.TransitionModel):  # type: ignore[misc]
     """What a leg does: it sees the target or not."""
@@ -148,4 +154,5 @@ def pouct(problem: Problem, budget: Budget, rng: np.random.Generator) -> SearchR
             break
         weight[np.isfinite(flights.legs(order)[leg])] = 0.0
         order = (*order, leg)
+        flights.forget_all_but(order)
     return SearchResult(plan_of_legs(problem, "pouct", order))
