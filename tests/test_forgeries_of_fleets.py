@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
 from support.certified_runs import write_certified
-from support.forger import Forger, verdicts
+from support.forger import TOOLS, Forger, verdicts
 from support.grid_instance import grid_futures, grid_problem
 
 
@@ -199,6 +200,16 @@ def test_forgeries_of_fleets_are_refused(
     shutil.copytree(fleet_run, tmp_path / "run")
     (OF_BOTH | OF_FLEETS)[forged](Forger(tmp_path / "run"))
     assert verdict(tmp_path / "run") in (1, 2)
+
+
+def test_pieces_that_creep_from_their_line_are_not_joined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each begins near the end of the one before, and so they may go anywhere."""
+    monkeypatch.syspath_prepend(TOOLS)
+    motion, joined = import_module("verify_sight").Motion, import_module("verify_spans").joined
+    from_s, rest = np.arange(4.0), np.zeros(4, dtype=complex)
+    for step_m, left in ((0.0, 1), (0.9e-5, 4)):
+        pieces = motion(np.zeros(4, dtype=int), from_s, from_s + 1.0, rest + step_m * from_s, rest)
+        assert len(joined(pieces).particle) == left
 
 
 def test_who_flies_after_all_makes_the_bound_wrong(
