@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Bound the gap between a run's plan and the best possible one; write the proof beside it."""
     from planner.cli.session import new_files
     from planner.mission.certificate_file import PROOF, write_better
-    from planner.mission.certify import problem_of_plan, refuse_sorties
+    from planner.mission.certify import problem_of_plan, refuse_unprovable
     from planner.mission.run_folder import PLAN, open_run, refuse_no_run, refuse_other_futures
     from planner.mission.several import refuse_several
     from planner.report.sentences import world_line
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
         folder = new_files(stack, run_folder, PROOF, force=arguments.force)
         # No other command replaces it now.
         opened, stored = open_run(run_folder, permit_of(arguments))
-        refuse_sorties(stored.plan)
+        refuse_unprovable(opened, stored.plan)
         refuse_several(opened, "certify")
         recording = _planned_on(arguments, opened)
         refuse_other_futures(run_folder, recording)

@@ -277,7 +277,7 @@ def _planned(
 
         def bound(plan: Plan, limit_s: float) -> Certificate | None:
             try:
-                certify.refuse_sorties(plan)
+                certify.refuse_unprovable(opened, plan)
                 with nullcontext(asked) if method.stops else first_interrupt_asks() as interrupted:
                     jobs = arguments.jobs
                     bounding = Bounding(interrupted, arguments.gap, limit_s, workers=jobs)

@@ -28,14 +28,19 @@ def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Probl
     return problem.replace(uav=uav, others=tuple(others))
 
 
-def refuse_sorties(plan: Plan) -> None:
-    """Do nothing if each UAV of a plan flies once.
+def refuse_unprovable(opened: OpenScenario, plan: Plan) -> None:
+    """Do nothing if files can prove a bound for a plan's class: each UAV flies once, from the ground.
 
     Raises
     ------
     NotApplicableError
-        If one flies more than once.
+        If one flies more than once, or is in the air when the plan begins.
     """
+    if any(uav.in_air is not None for uav in opened.scenario.uavs):
+        raise NotApplicableError(
+            "there is no certificate yet for a flight that goes on in the air; certify the run "
+            "that it was planned anew from"
+        )
     if len({flight.uav for flight in plan.flights}) < len(plan.flights):
         raise NotApplicableError("there is no bound yet for UAVs that fly more than once")
 
