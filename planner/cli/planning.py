@@ -351,7 +351,7 @@ def _blocks(
         (
             sentences.as_if_perfect({found.row.method: trial.evaluated}),
             sentences.hidden_line(opened.scenario.hidden),
-            sentences.flees_line(opened.scenario.target),
+            sentences.flees_line(opened.scenario.targets),
         ),
     )
     yield from _hints(found, own=own is not None)
@@ -377,7 +377,8 @@ def _hints(found: _Found, *, own: bool) -> Iterator[str]:
     scenario, trial, hint = found.opened.scenario, found.trial, None
     if not found.opened.network.is_abstract:
         yield from sentences.prospects_lines(found.prospects)
-        hint = sentences.few_in_town(len(trial.planned.weight))
+        sought = trial.planned.objective.sought
+        hint = sentences.few_in_town(len(trial.planned.weight), sought)
     if own or scenario.truths != scenario.targets:
         return
     sampling = scenario.search.sampling

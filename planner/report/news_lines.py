@@ -30,9 +30,14 @@ def verdict(found: Replanned, lead: Ahead) -> str:
 
 def saving(found: Replanned, lead: Ahead) -> str:
     """Return what a new plan saves against the one there was."""
+    objective = found.problem.objective
+    if objective.by_s is not None and objective.sought > 1:
+        interval = f"{lead.low:.2f} .. {lead.high:.2f}"
+        gain = f"{lead.share:.2f} of {objective.sought} targets (95 %: {interval}, paired)"
+        return f"a new plan, which finds {gain} more than the one there was"
     interval = f"{100 * lead.low:.1f} .. {100 * lead.high:.1f}"
     gain = f"{percent(lead.share)} (95 %: {interval}, paired)"
-    if found.problem.objective.by_s is not None:
+    if objective.by_s is not None:
         return f"a new plan, which finds {gain} more than the one there was"
     return f"a new plan; of the time still to come it saves {gain}"
 
