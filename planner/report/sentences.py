@@ -11,9 +11,9 @@ from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
 from planner.messages import percent
 from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
-from planner.report.finds import number_found, span_of
+from planner.report.finds import span_of
 from planner.report.tables import Fresh, MethodRow
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 from planner.search.methods import plans_for_misses
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
@@ -112,7 +112,7 @@ def so_far(evaluated: Evaluation) -> str:
     if by_s is None:
         expected_s, (low_s, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
         return f"{expected_s:,.0f} s ({low_s:,.0f} .. {high_s:,.0f}) so far"
-    many = number_found(evaluated.objective.sought)
+    many = evaluated.objective.number_found
     within = span_of(many, evaluated.found_by_interval(by_s))
     return f"{many(evaluated.found_by_probability(by_s))} ({within}) so far"
 

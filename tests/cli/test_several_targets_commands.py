@@ -90,7 +90,7 @@ def test_what_takes_one_target_says_so(
 ) -> None:
     assert main([part.replace("RUN", str(run)) for part in command]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "is for one target yet, and grid5x5 has 2; give each a scenario of its own" in line
+    assert "takes one target so far, and grid5x5 has 2; give each a scenario of its own" in line
 
 
 def test_a_find_is_news_and_the_rest_is_planned_for_the_others(

@@ -8,7 +8,7 @@ from planner.detection.objective import Objective
 from planner.detection.prospects import Prospects
 from planner.report import sentences as remarks
 from planner.report.tables import MethodRow
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 
 
 def evaluation(seed: int, low_s: float) -> Evaluation:
