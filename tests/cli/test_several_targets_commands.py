@@ -114,6 +114,16 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
     )
 
 
+def test_the_rest_of_a_flight_tells_of_each_target_too(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = ["--at", "1500", "--delay", "60", "--method", "rate", "--targets", "60"]
+    assert main(["replan", str(run), *late, "-o", str(tmp_path / "late")]) == 0
+    shown = capsys.readouterr().out
+    for words in ("sum of 2 detection times", "the first find", "blue", "all found"):
+        assert words in shown
+
+
 def test_where_tells_of_each_target(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
