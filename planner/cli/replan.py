@@ -133,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
         "understood": list(heard.said),
         "evaluated": figures(new),
         "as_it_was": figures(old),
-        "sooner": lead._asdict(),
+        "sooner": lead._asdict() if lead.is_known else {"share": lead.share},
         "directory": str(arguments.output),
     }
     blocks = [*_blocks(found, row, lead, heard)]

@@ -169,7 +169,8 @@ def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, unti
     """Draw a flight in a town, and number where it finds first; return the part shown."""
     view = view_of_search(problem, plan, until_s)
     flight = draw_search(axes, problem, plan, until_s, view)
-    finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 9)
+    weight = problem.futures.weight / problem.objective.sought  # of one target, on average
+    finds = finds_of(flight, seen_at, weight, apart_m=view.size_m / 9)
     draw_finds(axes, view, finds)
     draw_airspace(axes, view, problem.airspace)
     for track in plan.tracks:
