@@ -285,9 +285,10 @@ def test_targets_look_alike_in_the_legend_and_the_still_picture() -> None:
     box, xy_m = Box(0.0, 0.0, 100.0, 100.0), np.full((many, 2), 50.0)
     picture = still(box, roads=[], targets_m=xy_m, target=np.arange(many), tracks=[], label="")
     there = re.findall(r'class="targets ?(t\d)?"', picture)
-    shapes = dots([f"target {number}" for number in range(many)]).split("</svg>")[:-1]
+    shapes = dots({number: f"target {number}" for number in range(many)}).split("</svg>")[:-1]
     listed = [(re.findall(r'class="(t\d)"', shape) or [""])[0] for shape in shapes]
     assert there == listed == ["", "t1", "t2", "t3", "", "t1"]
+    assert 'class="t1"' in dots({1: "blue"})  # the other one is found
 
 
 # Scripts
