@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +19,19 @@ from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
 from support.certified_runs import write_certified
-from support.forger import Forger, verdicts
+from support.forger import TOOLS, Forger, verdicts
 from support.grid_instance import grid_futures, grid_problem
 
 
 def problem_of(
-    *, detects: float = 1.0, others: int = 0, by_s: float | None = None, transit: bool = True
+    *,
+    detects: float = 1.0,
+    others: int = 0,
+    by_s: float | None = None,
+    transit: bool = True,
+    sorties: int = 1,
 ) -> Problem:
-    """UAVs of several speeds that start apart, and search a small grid."""
+    """UAVs of several speeds that start apart, and search a small grid; ``sorties`` of others."""
     problem = grid_problem(grid_futures(12, np.random.default_rng(3), size=3), size=3)
     rate_per_s = rate_of(detects, problem.sensor.radius_m, problem.uav.speed_mps)
     sensor = replace(problem.sensor, rate_per_s=rate_per_s, detects_in_transit=transit)
@@ -36,6 +42,7 @@ def problem_of(
             y_m=5_000.0,
             speed_mps=80.0 + 10.0 * number,
             altitude_m=problem.uav.altitude_m + 20.0 * number,
+            sorties=sorties,
         )
         for number in range(1, others + 1)
     )
@@ -44,7 +51,7 @@ def problem_of(
 
 def plan_of(problem: Problem) -> Plan:
     """Each UAV's own plan turned round: none that a bound is met by."""
-    alone = [problem.replace(uav=uav, others=()) for uav in problem.uavs]
+    alone = [problem.replace(uav=uav, others=()) for uav in problem.flying]
     plans = [plan_of_legs(one, "rate", rate_order(WhatIf(one))[::-1]) for one in alone]
     tracks, legs = (tuple(getattr(plan, key)[0] for plan in plans) for key in ("tracks", "legs"))
     return Plan("rate", tracks, legs)
@@ -103,6 +110,10 @@ def of_uav(number: int, key: str, value: Any) -> Forgery:
     return lambda forger: forger.put("plan.json", "certificate", "uavs", number, key, value)
 
 
+def scenario_of(number: int, key: str, value: Any) -> Forgery:
+    return lambda forger: forger.put("run.json", "scenario", "uav", number, key, value)
+
+
 def price(change: Callable[[np.ndarray], np.ndarray]) -> Forgery:
     """Change all prices."""
 
@@ -144,7 +155,7 @@ OF_BOTH: dict[str, Forgery] = {
     "another rate": lambda f: f.put("plan.json", "planned", "rate_per_s", lambda rate: 2 * rate),
     "misses nobody": lambda f: f.drop("plan.json", "planned", "rate_per_s"),
     "detects more": lambda f: f.put("run.json", "scenario", "sensor", "detects", 0.9),
-    "detects all": lambda f: f.drop("run.json", "scenario", "sensor", "detects"),
+    "detects all": lambda f: f.put("run.json", "scenario", "sensor", "detects", None),
     "found sooner": lambda f: f.put(
         "plan.json", "planned", "expected_detection_time_s", lambda value: 0.99 * value
     ),
@@ -167,6 +178,8 @@ OF_FLEETS: dict[str, Forgery] = {
     "one UAV in the scenario": lambda f: f.put(
         "run.json", "scenario", "uav", lambda uavs: uavs[:1]
     ),
+    "one that flies no more": scenario_of(1, "sorties", 0),
+    "one that may fly twice": scenario_of(1, "sorties", 2),
     "another scenario": lambda f: f.put("run.json", "scenario", "uav", lambda uavs: uavs[0]),
 }
 
@@ -187,3 +200,23 @@ def test_forgeries_of_fleets_are_refused(
     shutil.copytree(fleet_run, tmp_path / "run")
     (OF_BOTH | OF_FLEETS)[forged](Forger(tmp_path / "run"))
     assert verdict(tmp_path / "run") in (1, 2)
+
+
+def test_pieces_that_creep_from_their_line_are_not_joined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each begins near the end of the one before, and so they may go anywhere."""
+    monkeypatch.syspath_prepend(TOOLS)
+    motion, joined = import_module("verify_sight").Motion, import_module("verify_spans").joined
+    from_s, rest = np.arange(4.0), np.zeros(4, dtype=complex)
+    for step_m, left in ((0.0, 1), (0.9e-5, 4)):
+        pieces = motion(np.zeros(4, dtype=int), from_s, from_s + 1.0, rest + step_m * from_s, rest)
+        assert len(joined(pieces).particle) == left
+
+
+def test_who_flies_after_all_makes_the_bound_wrong(
+    tmp_path: Path, verdict: Callable[[Path], int]
+) -> None:
+    problem = problem_of(detects=0.7, others=2, sorties=0)
+    write_certified(tmp_path, problem, plan_of(problem))
+    assert verdict(tmp_path) == 0
+    scenario_of(2, "sorties", None)(Forger(tmp_path))
+    assert verdict(tmp_path) == 1

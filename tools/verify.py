@@ -88,7 +88,8 @@ class Run:
 
     def _most_by_prices(self, hops: Sequence[Hops]) -> float:
         """Return the most that road plans can earn as prices prove it."""
-        bounds = [RoadBound(self, *one) for one in zip(hops, self.given.uavs, strict=True)]
+        each = zip(hops, self.given.uavs, strict=True)
+        bounds = [RoadBound(self, own, uav) for own, uav in each if uav.sorties]
         if len(bounds) == 1:
             return bounds[0].reward()
         least = self.prices[()].min()
@@ -133,6 +134,8 @@ class Run:
         law_of = {flight.uav: flight.law for flight in self.inputs.flights}
         met_s = np.full(len(self.weight), np.inf)
         for number, uav in enumerate(given.uavs):
+            if not uav.sorties:
+                continue
             begin_s, sees_m, law = np.array([uav.take_off_s]), given.radius_m, law_of.get(number)
             if law is not None:  # it climbs first, and may be beside its line at corners
                 begin_s = begin_s + law.climb_s

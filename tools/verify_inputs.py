@@ -103,7 +103,9 @@ def read_inputs(folder: Path) -> Inputs:
     flights = flights_of(plan)
     weight = read_columns(folder, "weights.parquet", weight=REAL)["weight"].values
     motion = _motion(folder, len(weight))
-    given, roads = _given(planned, certificate, uavs_of(certificate, flights)), _net(net)
+    given, roads = _given(planned, certificate, uavs_of(run, certificate, flights)), _net(net)
+    if given.plan_class == "roads" and any(uav.sorties > 1 for uav in given.uavs):
+        raise RefusedError("run.json: scenario: uav: no bound is for road plans of several sorties")
     if given.plan_class == "roads" and len(roads.node_xy_m) > MOST_NODES:
         raise RefusedError(f"net.json: has more than {MOST_NODES} nodes; too many to check")
     prices = _prices(folder, len(weight))

@@ -46,14 +46,20 @@ def seen_within(
 
 
 def joined(motion: Motion) -> Motion:
-    """Return motion in which no piece goes on from the one before at the same velocity."""
+    """Return motion in which no piece goes on from the one before at the same velocity.
+
+    Pieces that each begin near the end of the one before, but together leave the line of the
+    first, stay as they are: of that line something else would be said than of them.
+    """
     some = len(motion.particle)
-    ends = motion.place + motion.velocity * (motion.to_s - motion.from_s)
     goes_on = np.diff(motion.particle) == 0
     goes_on &= np.diff(motion.velocity) == 0
     goes_on &= abs(motion.from_s[1:] - motion.to_s[:-1]) <= JOINED_S
-    goes_on &= abs(motion.place[1:] - ends[:-1]) <= JOINED_M
-    first = np.flatnonzero(np.append(True, ~goes_on)[:some])
+    begins = np.append(True, ~goes_on)[:some]
+    first = np.flatnonzero(begins)[np.cumsum(begins) - 1]  # of what each piece goes on from
+    line = motion.place[first] + motion.velocity * (motion.from_s - motion.from_s[first])
+    begins |= np.isin(first, first[abs(motion.place - line) > JOINED_M])
+    first = np.flatnonzero(begins)
     last = np.append(first[1:], some)[: len(first)] - 1
     return Motion(*(column[first] for column in motion))._replace(to_s=motion.to_s[last])
 

@@ -6,7 +6,7 @@ the first waypoint; of several the certificate lists them.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,12 +22,13 @@ NEAR = 1e-9  # by which a sweep width may differ, as a share of it
 
 @dataclass(frozen=True)
 class Uav:
-    """Where and when a UAV takes off, how fast it is and by when it has to land."""
+    """Where and when a UAV takes off, how fast it is, by when it has to land."""
 
     take_off_s: float
     place_m: Pair
     speed_mps: float
     landing_s: float | None
+    sorties: int = 1  # at most; 0: it flies no more
 
     @property
     def lands_s(self) -> float:
@@ -97,14 +98,37 @@ def _leg(where: str, number: int, content: Any) -> NamedLeg:
     return NamedLeg(leg.text("road"), ends, (depart, start, end))
 
 
-def uavs_of(certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
-    """Return the UAVs that a certificate is about.
+def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
+    """Return the UAVs that a certificate is about; the scenario says how often each may fly.
 
     Raises
     ------
     RefusedError
-        If there are several flights and no list of UAVs, or a flight is of none of them.
+        If there are several flights and no list of UAVs, or a flight is of none that may fly.
     """
+    found = _listed(certificate, flights)
+    said = [*map(_sorties, _sections(run.part("scenario"))), *(1 for _ in found)]
+    uavs = tuple(replace(uav, sorties=said[number]) for number, uav in enumerate(found))
+    if not all(uavs[flight.uav].sorties for flight in flights):
+        raise RefusedError("plan.json: uavs: one flies that flies no more in the scenario")
+    return uavs
+
+
+def _sections(scenario: Fields) -> list[Fields]:
+    """Return what a scenario says of each UAV."""
+    asked = scenario.any("uav")
+    if asked == []:
+        raise RefusedError(f"{scenario.where}: uav should be of one UAV, or of several")
+    asked = asked if isinstance(asked, list) else [asked]
+    return [Fields(f"{scenario.where}: uav", one) for one in asked]
+
+
+def _sorties(section: Fields) -> int:
+    given = "sorties" in section and section.any("sorties") is not None
+    return section.whole("sorties") if given else 1
+
+
+def _listed(certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
     if "uavs" not in certificate:
         if len(flights) > 1 or flights[0].uav:
             raise RefusedError(f"{certificate.where}: has no uavs, but there are several")
@@ -127,13 +151,10 @@ def flights_said_again(
     run: Fields, plan: Fields, flights: tuple[Flight, ...], uavs: tuple[Uav, ...]
 ) -> Iterator[Said]:
     """Yield what is said more than once of UAVs and flights."""
-    scenario = run.part("scenario")
-    asked = scenario.any("uav")
-    asked = asked if isinstance(asked, list) else [asked]
-    yield "UAVs of the scenario", len(uavs), len(asked)
-    if len(asked) != len(uavs):
+    sections = _sections(scenario := run.part("scenario"))
+    yield "UAVs of the scenario", len(uavs), len(sections)
+    if len(sections) != len(uavs):
         return
-    sections = [Fields("run.json: scenario: uav", one) for one in asked]
     for number, (uav, section) in enumerate(zip(uavs, sections, strict=True)):
         yield from _named(number, len(uavs), _of_uav(scenario, section, uav))
     for flight in flights:
@@ -175,9 +196,7 @@ def misses_said_again(scenario: Fields, rate_per_s: float, radius_m: float) -> I
 
     It says so of the first UAV, and as if there were no wind.
     """
-    sensor, asked = scenario.part("sensor"), scenario.any("uav")
-    first = asked[0] if isinstance(asked, list) and asked else asked
-    speed_mps = Fields("run.json: scenario: uav", first).above_zero("speed_mps")
+    sensor, speed_mps = scenario.part("sensor"), _sections(scenario)[0].above_zero("speed_mps")
     width_m = sensor.maybe("sweep_width_m") if "sweep_width_m" in sensor else None
     exposure = 2.0 * radius_m * rate_per_s / speed_mps  # of a pass straight over a target at rest
     if width_m is None:

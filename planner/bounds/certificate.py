@@ -88,7 +88,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         raise NotApplicableError("a search that has begun has no bound yet; bound the whole one")
     if problem.airspace is not None:
         raise NotApplicableError("there is no bound yet on flights within [airspace]")
-    strays_m = [uav.strays_m for uav in problem.uavs if uav.aircraft is not None]
+    strays_m = [uav.strays_m for uav in problem.flying if uav.aircraft is not None]
     on_roads = plan.follows_roads and not strays_m
     objective = problem.objective
     if objective.sought > 1:
@@ -104,10 +104,10 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         problem = problem.replace(uav=uav, others=tuple(others), sensor=wider)
     weight = problem.futures.weight
     value = objective.value(float(weight @ earned))
-    earliest_s = chased_by_any(problem.futures, problem.uavs, problem.sensor)
+    earliest_s = chased_by_any(problem.futures, problem.flying, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
     so_far = _SoFar(effort, objective, value, most)
-    if len(plan.tracks) > 1 or problem.others or problem.uav.sorties > 1:
+    if len(plan.tracks) > 1 or problem.others or problem.uav.sorties != 1:
         return _of_fleet(own, earned, so_far, most, on_roads=on_roads)
     if not on_roads:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
@@ -185,7 +185,7 @@ def proven_bound(problem: Problem, certificate: Certificate) -> float:
     objective, sensor = problem.objective, problem.sensor
     if certificate.rate_per_s < sensor.rate_per_s:
         raise NotApplicableError("the prices are for a sensor that sees less")
-    seen_at = chased_by_any(problem.futures, problem.uavs, sensor)
+    seen_at = chased_by_any(problem.futures, problem.flying, sensor)
     most = float(problem.futures.weight @ objective.reward(seen_at))
     if certificate.plan_class == "roads":
         problem = problem.replace(sensor=replace(sensor, rate_per_s=certificate.rate_per_s))

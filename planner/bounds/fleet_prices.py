@@ -35,14 +35,14 @@ class FleetTable:
 
     @classmethod
     def of(cls, problem: Problem, bin_s: float) -> "FleetTable":
-        """Return the tables of a problem's UAVs; those that take off too late have none.
+        """Return the tables of a problem's UAVs; those that fly no more, or too late, have none.
 
         Raises
         ------
         NotApplicableError
             If a UAV flies more than once, the net is too large, or a bin longer than a hop.
         """
-        if any(uav.sorties > 1 for uav in problem.uavs):
+        if any(uav.sorties > 1 for uav in problem.flying):
             raise NotApplicableError("there is no bound yet for UAVs that fly more than once")
         kinds = _kinds(problem)
         tables = tuple(table_of(moves, bin_s) for moves in _moves(problem, kinds))
@@ -75,10 +75,13 @@ def fitting_bin_s(problem: Problem) -> float:
 
 
 def _kinds(problem: Problem) -> Counter[Uav]:
-    """Return how many UAVs of each kind may see anything; altitudes and the like do not matter."""
-    flies = [uav for uav in problem.uavs if uav.take_off_s < problem.objective.ends_s]
-    alike = [replace(uav, altitude_m=0.0, link_m=np.inf, swap_s=0.0) for uav in flies]
-    return Counter(alike or [problem.uav])
+    """Return how many UAVs of each kind may see anything; altitudes and the like do not matter.
+
+    If none may, that is none of one kind: prices are paid for its particles all the same.
+    """
+    fly = [uav for uav in problem.flying if uav.take_off_s < problem.objective.ends_s]
+    alike = Counter(replace(uav, altitude_m=0.0, link_m=np.inf, swap_s=0.0) for uav in fly)
+    return alike or Counter({problem.uav: 0})
 
 
 def _moves(problem: Problem, kinds: Iterable[Uav]) -> list[Movements]:

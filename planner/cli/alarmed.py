@@ -36,7 +36,9 @@ from planner.report.finds import span_of
 from planner.streams import stream
 
 TARGETS, SEQUENCES, LASTS_S = 1000, 16, 120.0
-CROWDS = 2  # realisations of the traffic whose cars are met, no particle nor target among them
+# Realisations of the traffic whose cars are met, no particle nor target among them. Intervals are
+# over which cars look like the target; what other traffic would change is not in them.
+CROWDS = 2
 
 
 class _Series(NamedTuple):
@@ -131,6 +133,6 @@ def _among_cars(arguments: argparse.Namespace, opened: OpenScenario, seed: int) 
         flights.append(partial(by_lookalikes, some, sensor.radius_m))
     said = (
         f"{percent(sensor.lookalike)} of {sum(map(len, cars)) / CROWDS:,.0f} cars look like the "
-        f"target, {lasts_s:g} s each"
+        f"target, {lasts_s:g} s each, in {CROWDS} realisations of the traffic"
     )
     return _Series(said, lasts_s, flights)

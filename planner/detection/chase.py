@@ -32,5 +32,10 @@ def chased_alone(futures: Futures, uav: Uav, sensor: Sensor) -> Floats:
 
 
 def chased_by_any(futures: Futures, uavs: Sequence[Uav], sensor: Sensor) -> Floats:
-    """Return when the first of several UAVs could see each particle if all chased it, (N,)."""
-    return np.asarray(np.min([chased_alone(futures, uav, sensor) for uav in uavs], axis=0))
+    """Return when the first of several UAVs could see each particle if all chased it, (N,) seconds.
+
+    Never, as where there is no UAV, is infinity.
+    """
+    never = np.full(len(futures), np.inf)
+    alone = (chased_alone(futures, uav, sensor) for uav in uavs)
+    return np.asarray(np.min([never, *alone], axis=0))

@@ -144,7 +144,8 @@ def side(about: About) -> Question:
     xy_m, weight = about.believed.positions(about.at_s), about.believed.weight
     there = np.isfinite(xy_m[:, 0])
     if there.sum() < 2:
-        return Question("on which side it is", ("here", "there"), lambda of: np.zeros(len(of), int))
+        names = ("here", "there")
+        return Question("on which side it is", names, lambda some: np.zeros(len(some), int))
     middle_m = np.average(xy_m[there], axis=0, weights=weight[there])
     spread = np.cov((xy_m[there] - middle_m).T, aweights=weight[there])
     along = np.linalg.eigh(spread)[1][:, -1]

@@ -39,8 +39,8 @@ from planner.search.what_if import WhatIf
 FEW_ROADS = 7  # of which the best order is found for certain, if the sensor is perfect
 NARROW, NEAR, WIDER = 40, 4, 2  # widths of the first beams, along roads and between; growth
 LAST = 3  # times the budget that beams may take; the last one begins within it, and is the widest
-# Of one more beam along roads, and the work from which on it pays: on the paper's grid at unequal
-# speeds and from anywhere it finds plans 1.3 to 1.5 % better, elsewhere as good ones.
+# Of one more beam along roads, and the work from which on there is one. On the particles that it
+# plans on its plans are up to 2 % better, on fresh targets by no more than chance: docs/methods.md.
 WIDE, WIDE_FROM = 2560, 800_000
 TOUR = 0.75  # share of all work that goes into a latency tour, where targets rest
 ROUNDING = 1e-12  # of the most that can be earned: a plan better by no more is none

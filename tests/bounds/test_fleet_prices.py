@@ -65,12 +65,36 @@ def test_random_fleets_are_not_better_than_their_bounds(seed: int) -> None:
     assert certificate.bound <= certificate.value + 1e-6
 
 
-def test_who_takes_off_after_the_horizon_changes_no_bound() -> None:
+@pytest.mark.parametrize("other", [{"take_off_s": 999.0}, {"sorties": 0}])
+def test_who_takes_off_after_the_horizon_or_never_changes_no_bound(other: dict[str, float]) -> None:
     first = on_figure3()
-    late = joined(first, replace(first.uav, take_off_s=999.0))
-    alone, both = (FleetTable.of(one, 5.0) for one in (first, late))
+    two = joined(first, replace(first.uav, **other))
+    alone, both = (FleetTable.of(one, 5.0) for one in (first, two))
     prices = np.full(len(first.futures), 100.0)
     assert both.bound(prices).reward == alone.bound(prices).reward
+
+
+def test_who_flies_no_more_is_left_out_of_certificates() -> None:
+    first = on_figure3()
+    plan = plan_of_legs(first, "one", [0])
+    free = Plan("free", plan.tracks, ((),))
+    near = replace(first.uav, x_m=2_000.0, speed_mps=200.0)
+    for own in (plan, free):
+        late, never, flies = (
+            bound_of(joined(first, replace(near, **other)), own)
+            for other in ({"take_off_s": 999.0}, {"sorties": 0}, {})
+        )
+        assert never == late > flies
+
+
+def test_where_nobody_flies_nothing_is_found() -> None:
+    grounded = on_figure3().replace(uav=replace(on_figure3().uav, sorties=0))
+    both = joined(grounded, grounded.uav)
+    prices = np.full(len(both.futures), 100.0)
+    bounded = FleetTable.of(both, 5.0).bound(prices)
+    assert bounded.reward == pytest.approx(100.0 * both.futures.weight.sum())
+    nothing = Plan("none", (), ())
+    assert bound_of(both, nothing) == bound_of(grounded, nothing) == 430.0
 
 
 def test_flights_with_a_fresh_battery_have_no_bound_yet() -> None:

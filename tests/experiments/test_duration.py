@@ -110,6 +110,7 @@ def test_dry_run_of_the_paper_lists_all_experiments(
         "study precedence",
         "study orders",
         "study optimum",
+        "study online",
     ]
     assert said.err.count("the method assumes") == 1  # not once for each condition
     shown = Commands(capsys)("experiment", "paper", "--quick", "--dry-run")

@@ -209,7 +209,7 @@ def test_the_tail_looks_first_for_those_not_seen() -> None:
     longer = with_patrol(problem, [to_a])
     assert to_b in longer[1:3]  # by way of O, or straight
     seen_at = evaluate(
-        plan_of_legs(problem, "", longer).tracks, futures, problem.sensor, 1000.0
+        plan_of_legs(problem, "", longer).tracks, futures, problem.sensor, problem.objective
     ).seen_at
     assert np.isfinite(seen_at).all()
 

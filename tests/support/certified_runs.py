@@ -80,14 +80,16 @@ def _of_uav(uav: Uav) -> dict[str, Any]:
         "start": {"x_m": uav.x_m, "y_m": uav.y_m},
         "take_off_s": uav.take_off_s,
         **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
+        **({} if uav.sorties == 1 else {"sorties": uav.sorties}),
         **wind,
     }
 
 
 def reseal(folder: Path) -> None:
-    """Have run.json hold the digest of the plan in the folder, as a careful forger would."""
+    """Have run.json hold the digests of its scenario and of the plan, as a careful forger would."""
     plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
     plan.pop("certificate", None)
     record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     record["sha256"]["plan"] = sha256_of_json(plan)
+    record["sha256"]["scenario"] = sha256_of_json(record["scenario"])
     (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")

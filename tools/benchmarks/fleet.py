@@ -7,18 +7,10 @@ from functools import partial
 import numpy as np
 
 from benchmarks.figures import Figure
-from planner import (
-    Futures,
-    OpenScenario,
-    Recorder,
-    make_plan,
-    method_named,
-    open_scenario,
-    problem_of,
-)
+from benchmarks.grid import opened_at
+from planner import Futures, OpenScenario, Recorder, make_plan, method_named, problem_of
 from planner.detection.evaluate import evaluate
 
-GRID = "grid5x5"
 AIMS_S = {  # E[min(tau, horizon)] of 2, 3 and 4 UAVs from the same place
     60: (905.0, 810.0, 770.0),
     120: (1720.0, 1625.0, 1525.0),
@@ -54,5 +46,4 @@ def _planned(u0_km: int, many: int, seed: int, judges: Futures) -> tuple[float, 
 def fleet_of(u0_km: int, many: int, seed: int) -> OpenScenario:
     """Return the scenario of so many UAVs that start from the same place."""
     uav = f'{{ start = {{ node = "r0c0", bearing_deg = 315, distance_m = {1000 * u0_km} }} }}'
-    fleet = f"uav=[{', '.join([uav] * many)}]"
-    return open_scenario(GRID, overrides=[fleet, f"search.seed={seed}"])
+    return opened_at(u0_km, f"uav=[{', '.join([uav] * many)}]", seed=seed)

@@ -5,7 +5,7 @@ whole takes about three hours of CPU, most of it for reports and alarms, and mor
 be recorded first; times of answers are by the clock, so leave the computer alone meanwhile. --small
 shows in some minutes that all works, and no more.
 
-python tools/benchmark.py --online [--only news] [--km 120] [--small]
+python tools/benchmark.py --online [--only reports] [--km 120] [--small]
 """
 
 import argparse
