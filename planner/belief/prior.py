@@ -16,7 +16,7 @@ from planner.errors import InputError
 from planner.network.road_network import RoadNetwork
 
 if TYPE_CHECKING:
-    from planner.scenario.sections import TargetSection
+    from planner.scenario.target import TargetSection
 
 TurnTable = dict[str, dict[str, float]]  # from an edge to an edge, the probability
 

@@ -24,6 +24,7 @@ from planner.mission.alarms import (
     by_chance,
     by_lookalikes,
     compared,
+    refuse_fleet,
 )
 from planner.mission.live import BEST
 from planner.mission.online import Mission, Remembering
@@ -31,6 +32,7 @@ from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from planner.mission.run_folder import open_run, refuse_no_run
 from planner.mission.several import refuse_several
+from planner.report.finds import span_of
 from planner.streams import stream
 
 TARGETS, SEQUENCES, LASTS_S = 1000, 16, 120.0
@@ -52,6 +54,7 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --alarms")
+    refuse_fleet(opened)
     seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
     among = _by_chance if arguments.alarms else _among_cars
     series = among(arguments, opened, seed)
@@ -82,12 +85,14 @@ def _summary(found: Compared, without: Evaluation) -> dict[str, Any]:
 
 
 def _lines(series: _Series, found: Compared, without: Evaluation) -> Iterator[str]:
-    low, high = found.interval
-    yield (f"{series.said}: {len(found.late_s)} flights against {len(without.weight):,} targets")
+    within = "(of one flight there is no interval)"
+    if len(found.late_s) > 1:
+        within = f"(95 %: {span_of(percent, found.interval)}, paired)"
+    yield f"{series.said}: {len(found.late_s)} flights against {len(without.weight):,} targets"
     yield (
         f"expected detection {fmean(found.late_s):,.0f} s if the plan is flown late, "
         f"{fmean(found.anew_s):,.0f} s if planned anew after each: {percent(found.saved)} less "
-        f"(95 %: {percent(low)} .. {percent(high)}, paired); "
+        f"{within}; "
         f"{without.expected_detection_time_s:,.0f} s without alarms"
     )
     yield (

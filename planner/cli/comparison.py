@@ -65,7 +65,7 @@ def compare_on_scenario(arguments: argparse.Namespace, overrides: Sequence[str])
     flown = [real_flight.aircraft_line(uav)] if uav.is_real else []
     blind = sentences.as_if_perfect({row.method: row.evaluated for row in rows if row.evaluated})
     hidden = sentences.hidden_line(opened.scenario.hidden)
-    flees = sentences.flees_line(opened.scenario.target)
+    flees = sentences.flees_line(opened.scenario.targets)
     said = [
         table,
         *filter(None, [lead, blind, hidden, flees]),

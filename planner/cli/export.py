@@ -145,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
         names = stored.plan.names if len(flights) > 1 else ("",)
         near = [*checks.too_near(flights, names)]
         if any([*said, near]) and not arguments.check:
-            raise _Refused(arguments.directory, [*_named(names, said), *near])
+            raise _Refused(arguments.directory, [*checks.of_flights(names, said), *near])
         worth = _worth(arguments, opened, stored, flights)
         written = zip(flights, said, worth.flown, strict=True)
         summaries = [
@@ -160,15 +160,6 @@ def run(arguments: argparse.Namespace) -> int:
     paths = [str(output / name) for name in files]
     print_result(arguments, told.as_dict() | {"files": paths}, [*told.lines(names), ends])
     return 0
-
-
-def _named(names: "Sequence[str]", said: "Sequence[Sequence[str]]") -> list[str]:
-    """Return all that is said of flights, each line with the name of its flight if it has one."""
-    return [
-        f"{name}: {line}" if name else line
-        for name, lines in zip(names, said, strict=True)
-        for line in lines
-    ]
 
 
 def _vehicle(arguments: argparse.Namespace, flight: "RunFlight") -> tuple[str, ...] | None:

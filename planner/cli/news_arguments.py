@@ -84,6 +84,8 @@ def heard_of(arguments: argparse.Namespace, setting: Setting) -> Heard:
         Naming the option, or the file and its line.
     """
     found = Heard(same_source=arguments.same_source, insist=arguments.insist)
+    if arguments.found and len(setting.targets) == 1:
+        raise InputError("--found: there is one target; once it is found there is nothing to plan")
     for text in arguments.report:
         with named("--report"):
             found = found.then(heard(sentence(text), setting))

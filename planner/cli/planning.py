@@ -3,16 +3,17 @@
 import argparse
 import logging
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, nullcontext
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
+from planner.cli.found import Found, Planned, blocks_of
 from planner.cli.page import COMPARED, compared
-from planner.cli.preview import Preview, flight_table, show_first_plan
+from planner.cli.preview import Preview, show_first_plan
 from planner.cli.printing import print_result
 from planner.cli.run_record import Watch, planning_record, record_of, targets_record
 from planner.cli.session import (
@@ -26,8 +27,8 @@ from planner.cli.session import (
 )
 from planner.cli.trials import Bounding, attempt_of, certificate_of
 from planner.detection.evaluation import Evaluation
-from planner.detection.mistimed import Mistimed, mistimed
-from planner.detection.prospects import Prospects, prospects
+from planner.detection.mistimed import mistimed
+from planner.detection.prospects import prospects
 from planner.errors import InputError, NotApplicableError
 from planner.export.formats import names_in_run
 from planner.files import write_json
@@ -40,18 +41,16 @@ from planner.mission import certificate_file, certify, run_folder
 from planner.mission.now_events import FirstPlan
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures, read_split
-from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.planning import budget_of, problem_of
 from planner.mission.replan import Replanned
 from planner.mission.run_folder import OWN_BEGIN, own_key
 from planner.mission.to_gap import TwoSided, planned_to_gap
-from planner.mission.trial import Attempt, Trial, try_order
+from planner.mission.trial import Attempt, try_order
 from planner.page.page import page
 from planner.page.shown import Shown
-from planner.report import finds, real_flight, run_files, sentences, tables
+from planner.report import run_files, sentences, tables
 from planner.scenario.source import paths_in_record
 from planner.search.methods import Method, method_named
-from planner.search.problem import Problem
 from planner.search.stop import AnyOf, Asked, Elapsed
 
 log = logging.getLogger(__name__)
@@ -66,56 +65,6 @@ class _Targets:
     kept_out: Recording | None = None  # to evaluate on; None: fresh ones, driven for the plan
     are: tables.Fresh = tables.FRESH  # what those are that it is evaluated on
     own: OwnFutures | None = None  # whence they are; None: from the belief
-
-
-@dataclass(frozen=True, eq=False)
-class _Planned:
-    """The result of a search."""
-
-    opened: OpenScenario
-    problem: Problem  # that the plan solves
-    attempt: Attempt
-    certificate: Certificate | None = None
-    no_bound: str = ""  # why there is no certificate, though it was asked for
-    # of which run it is the rest, as ``plan.json`` has it; empty: of none
-    parent: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class _Found(_Planned):
-    """The result of a search, and what it is worth."""
-
-    met: Futures = field(kw_only=True)  # the targets of its trial
-    trial: Trial = field(kw_only=True)
-    prospects: Prospects = field(kw_only=True)  # of any flight, on the same fresh targets
-    fresh: tables.Fresh = field(kw_only=True)  # what its targets for evaluation are
-    timing: tuple[Mistimed, ...] = field(kw_only=True)  # flown otherwise; () for the ideal aircraft
-
-    @property
-    def row(self) -> tables.MethodRow:
-        """Its row in a table."""
-        return replace(tables.row_of(self.trial), fresh=self.fresh)
-
-    @cached_property
-    def content(self) -> dict[str, Any]:
-        """What ``plan.json`` holds."""
-        content = plan_content(
-            self.trial.plan,
-            self.problem,
-            planned=self.trial.planned,
-            evaluated=self.trial.evaluated,
-            seed=self.opened.scenario.search.seed,
-            sighted_at=self.opened.scenario.target.sighted_at,
-        )
-        if len(names := self.opened.scenario.target_names) > 1:
-            content["targets"] = [*names]
-        if self.parent:
-            content["parent"] = dict(self.parent)
-        if self.trial.own is not None:
-            content["planner"] = self.trial.own.as_dict()
-        if self.timing:
-            content["evaluated"]["timing"] = timing_content(self.timing)
-        return content
 
 
 def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> int:
@@ -141,7 +90,7 @@ def plan_and_write(arguments: argparse.Namespace, overrides: Sequence[str]) -> i
             found.problem, found.certificate
         )
     summary["directory"] = arguments.output and str(arguments.output)
-    blocks = _blocks(arguments, found, own=targets.own, shown=preview.is_shown)
+    blocks = blocks_of(arguments, found, own=targets.own, shown=preview.is_shown)
     print_result(arguments, summary, blocks)
     return 0
 
@@ -150,7 +99,7 @@ def write_event(folder: Path, arguments: argparse.Namespace, event: FirstPlan) -
     """Write the run of a call's plan, as `planner plan` writes that of its scenario."""
     watch = Watch()
     targets = _Targets(event.planning, event.holdout, kept_out=event.fresh)
-    planned = _Planned(event.opened, event.problem, event.trial)
+    planned = Planned(event.opened, event.problem, event.trial)
     _write_all(folder, arguments, targets, _evaluated(arguments, targets, planned, None), watch)
 
 
@@ -174,7 +123,7 @@ def write_replanned(
     """
     watch, opened = Watch(), found.resumed.opened
     targets = _Targets(planning, found.holdout)
-    planned = _Planned(opened, found.problem, found.attempt, parent=parent)
+    planned = Planned(opened, found.problem, found.attempt, parent=parent)
     whole = _evaluated(arguments, targets, planned, None)
     if folder is not None:
         _write_all(folder, arguments, targets, whole, watch)
@@ -182,7 +131,7 @@ def write_replanned(
 
 
 def _write_all(
-    folder: Path, arguments: argparse.Namespace, targets: _Targets, found: _Found, watch: Watch
+    folder: Path, arguments: argparse.Namespace, targets: _Targets, found: Found, watch: Watch
 ) -> None:
     """Write all files of a run."""
     watch.took_s["planning"] = found.trial.took_s
@@ -237,8 +186,8 @@ def _own_futures(arguments: argparse.Namespace) -> OwnFutures | None:
 
 
 def _evaluated(
-    arguments: argparse.Namespace, targets: _Targets, planned: _Planned, preview: Preview | None
-) -> _Found:
+    arguments: argparse.Namespace, targets: _Targets, planned: Planned, preview: Preview | None
+) -> Found:
     """Return a plan with what it is worth on targets that had no part in making it."""
     fresh, attempt = targets.kept_out, planned.attempt
     if fresh is None:
@@ -250,7 +199,7 @@ def _evaluated(
     problem = planned.problem
     judged = (fresh.futures, problem.sensor, problem.objective)
     is_real = problem.uav.aircraft is not None
-    return _Found(
+    return Found(
         **vars(planned),
         met=fresh.futures,
         trial=attempt.met(fresh.futures),
@@ -262,7 +211,7 @@ def _evaluated(
 
 def _planned(
     arguments: argparse.Namespace, opened: OpenScenario, method: Method, targets: _Targets
-) -> _Planned:
+) -> Planned:
     """Return what the method finds; with --gap, the plan and the bound that come closest."""
     problem = problem_of(opened, targets.planning.futures, method=method)
     seconds = math.inf if arguments.time_limit is None else arguments.time_limit
@@ -287,7 +236,7 @@ def _planned(
                 return None
 
         if arguments.gap is None:
-            return _Planned(opened, problem, planned(1, seconds))
+            return Planned(opened, problem, planned(1, seconds))
 
         def fly(order: Sequence[int], attempt: Attempt) -> Attempt:
             return try_order(problem, order, attempt)
@@ -297,10 +246,10 @@ def _planned(
             sides, arguments.gap, seconds=seconds, again=method.stops
         )
         no_bound = reasons[0] if reasons else ""
-        return _Planned(opened, problem, attempt, certificate, no_bound)
+        return Planned(opened, problem, attempt, certificate, no_bound)
 
 
-def _write(folder: Path, found: _Found) -> None:
+def _write(folder: Path, found: Found) -> None:
     opened, problem, trial = found.opened, found.problem, found.trial
     certificate = found.certificate
     name = opened.scenario.name
@@ -315,72 +264,10 @@ def _write(folder: Path, found: _Found) -> None:
 
 
 def _write_page(
-    folder: Path, arguments: argparse.Namespace, found: _Found, targets: _Targets
+    folder: Path, arguments: argparse.Namespace, found: Found, targets: _Targets
 ) -> None:
     opened = found.opened
     methods = [method for method in COMPARED if method.name != found.trial.method]
     others = compared(arguments, opened, methods, targets.planning.futures, found.met)
     run = Shown(opened, found.trial.plan, found.met, found.trial.evaluated, others)
     (folder / run_folder.PAGE).write_text(page(run), encoding="utf-8", newline="\n")
-
-
-def _blocks(
-    arguments: argparse.Namespace, found: _Found, *, own: OwnFutures | None, shown: bool
-) -> Iterator[Any]:
-    """Yield the tables and sentences to print.
-
-    Parameters
-    ----------
-    own
-        Whether the plan is for futures that take the place of the belief.
-    shown
-        Whether the flight has been shown already.
-    """
-    opened, trial, certificate = found.opened, found.trial, found.certificate
-    if not shown:
-        yield flight_table(trial.plan, opened)
-    yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
-    if found.problem.objective.sought > 1:
-        yield finds.targets_table(trial.evaluated, opened.scenario.target_names)
-    if found.timing:
-        yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
-        yield real_flight.corners_line(trial.plan)
-        yield real_flight.aircraft_line(opened.scenario.uav)
-    yield from filter(
-        None,
-        (
-            sentences.as_if_perfect({found.row.method: trial.evaluated}),
-            sentences.hidden_line(opened.scenario.hidden),
-            sentences.flees_line(opened.scenario.target),
-        ),
-    )
-    yield from _hints(found, own=own is not None)
-    if trial.result.stopped:
-        yield "the search was stopped: this is the best plan so far"
-    if own is not None:
-        many = len(trial.evaluated.weight)
-        yield sentences.own_futures_line(found.fresh, many, len(own.paths))
-    if certificate is not None:
-        yield sentences.certificate_line(certificate, found.problem.objective.by_s)
-        if certificate.gap > arguments.gap:
-            yield sentences.gap_line(arguments.gap)
-    elif arguments.gap is not None:
-        yield f"there is no certificate: {found.no_bound}"
-    if arguments.output:
-        yield f"written to {arguments.output}"
-    else:
-        yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
-
-
-def _hints(found: _Found, *, own: bool) -> Iterator[str]:
-    """Yield who leaves the map, and whether the plan was made on too few particles."""
-    scenario, trial, hint = found.opened.scenario, found.trial, None
-    if not found.opened.network.is_abstract:
-        yield from sentences.prospects_lines(found.prospects)
-        hint = sentences.few_in_town(len(trial.planned.weight))
-    if own or scenario.truths != scenario.targets:
-        return
-    sampling = scenario.search.sampling
-    hint = hint or sentences.particles_hint(trial.planned, trial.evaluated, sampling)
-    if hint:
-        yield hint

@@ -133,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
         "understood": list(heard.said),
         "evaluated": figures(new),
         "as_it_was": figures(old),
-        "sooner": lead._asdict(),
+        "sooner": lead._asdict() if lead.is_known else {"share": lead.share},
         "directory": str(arguments.output),
     }
     blocks = [*_blocks(found, row, lead, heard)]
@@ -236,10 +236,12 @@ def _resumed(
 def _blocks(found: "Replanned", row: "MethodRow", lead: "Ahead", heard: "Heard") -> "Iterator[Any]":
     """Yield what to print."""
     from planner.cli.preview import flight_table
-    from planner.report import news_lines, tables
+    from planner.report import finds, news_lines, tables
 
     opened = found.resumed.opened
     yield from heard.said
     yield flight_table(found.attempt.plan, opened)
     yield tables.plan_table(row, in_town=not opened.network.is_abstract)
+    if row.evaluated is not None and opened.sought > 1:
+        yield finds.targets_table(row.evaluated, opened.scenario.target_names)
     yield news_lines.verdict(found, lead)

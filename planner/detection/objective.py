@@ -52,8 +52,12 @@ class Objective:
         """Return a figure of the objective for people."""
         if self.by_s is None:
             return f"{value:,.0f} s"
-        many = percent(value) if self.sought == 1 else f"{value:.2f} of {self.sought}"
-        return f"{many} found"
+        several = f" of {self.sought}" * (self.sought > 1)
+        return f"{self.number_found(value)}{several} found"
+
+    def number_found(self, found: float) -> str:
+        """Return for people how probably the target is found, or how many of several are."""
+        return percent(found) if self.sought == 1 else f"{found:.2f}"
 
     def is_better(self, one: float, other: float) -> bool:
         """Tell whether one figure of the objective is better than another."""

@@ -10,9 +10,16 @@ from planner.intervals import half_width
 class Ahead(NamedTuple):
     """How far one plan is ahead of another, with its 95 % interval."""
 
-    share: float  # of the other one's expected time; or of all targets, for those by a deadline
-    low: float
+    # of the other one's expected time; or of all targets, for those by a deadline: of several
+    # targets how many more are found
+    share: float
+    low: float  # these two infinite where too few targets tell nothing
     high: float
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is an interval."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
 
 
 def ahead(one: Evaluation, other: Evaluation) -> Ahead:

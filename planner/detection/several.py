@@ -5,6 +5,7 @@ target j is unseen at t (not being there at all included), none is found with pr
 and not yet all with 1 - prod(1 - S_j). The expected times are their integrals up to the horizon.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,44 +15,47 @@ from planner.detection.evaluation import Evaluation
 from planner.intervals import half_width, interval_of_sum
 
 EVENLY = 1000  # moments up to the horizon at which curves are looked at, beside those of contacts
-MOST = 20_000  # moments of contacts with a sensor that may miss: of more, every so manieth
+MOST = 20_000  # moments of contacts with a sensor that may miss: more are thinned out evenly
 ROUGHLY = 100  # moments for the width of an interval
 NODES = 0.5 + 0.5 * np.array([-1.0, 1.0]) / np.sqrt(3.0)  # of Gauss and Legendre, in a unit
 
 
 @dataclass(frozen=True)
 class Find:
-    """When the first, the last or one of several targets is found."""
+    """When the first, the last or one of several targets is found, with 95 % intervals."""
 
     expected_s: float  # E[min(tau, horizon)]
-    ci95_s: tuple[float, float]
+    ci95_s: tuple[float, float]  # from 0 to the horizon where fewer than two draws say nothing
     probability: float  # that it is, by the deadline if there is one, else by the horizon
-    interval: tuple[float, float]
+    interval: tuple[float, float]  # of the probability, within 0 and 1
 
 
 def first_and_last(evaluation: Evaluation) -> tuple[Find, Find]:
-    """Return when any of several targets is found, and when all are."""
+    """Return when any of several targets is found, and when all are.
+
+    One of whom nothing is left, as after news, is never found.
+    """
     each = [*evaluation.each.values()]
     there = float(len(each) == evaluation.objective.sought)  # 0: one of them never is
     edges_s = _moments(each, evaluation.objective.horizon_s)
     widths_s = np.diff(edges_s)
     nodes_s = (edges_s[:-1, None] + widths_s[:, None] * NODES).ravel()
     unseen = np.array([_unseen(one, nodes_s) for one in each])
-    by = np.array([1.0 - find_of(one).probability for one in each])
+    by = np.array([find_of(one).probability for one in each])
     spans_s, horizon_s = np.repeat(widths_s / 2.0, 2), evaluation.objective.horizon_s
     first = _find(
         each,
         float(spans_s @ unseen.prod(axis=0)),
-        1.0 - float(by.prod()),
+        1.0 - float((1.0 - by).prod()),
         (edges_s, _others(unseen)),
-        _others(by),
+        lambda found: _others(1.0 - found),
     )
     last = _find(
         each,
         horizon_s - there * float(spans_s @ (1.0 - unseen).prod(axis=0)),
-        there * float((1.0 - by).prod()),
+        there * float(by.prod()),
         (edges_s, there * _others(1.0 - unseen)),
-        there * _others(1.0 - by),
+        lambda found: there * _others(found),
     )
     return first, last
 
@@ -72,7 +76,7 @@ def _find(
     expected_s: float,
     probability: float,
     slopes: tuple[Floats, Floats],
-    slopes_by: Floats,
+    slopes_by: Callable[[Floats], Floats],
 ) -> Find:
     """Return a figure of all targets with intervals, by how it grows with those of each.
 
@@ -82,19 +86,27 @@ def _find(
         Moments, (C + 1,), and at two of each span between them the derivative of what is
         integrated with respect to the probability that a target is unseen, (J, 2 C).
     slopes_by
-        The derivative of the probability with respect to that of each target, (J,).
+        Returns the derivative of the probability with respect to those of all targets, (J,), at
+        any such.
     """
     edges_s, rates = slopes
     means = rates.reshape(len(each), -1, 2).mean(axis=2)
     halves = [_half_width(one, edges_s, rate) for one, rate in zip(each, means, strict=True)]
-    half_s = float(np.hypot.reduce(halves))
+    half_s, most_s = float(np.hypot.reduce(halves)), each[0].objective.horizon_s
     found = [find_of(one) for one in each]
     parts = [(one.probability, one.interval) for one in found]
+    at, lows, highs = np.array([(one.probability, *one.interval) for one in found]).T
+    # A slope that vanishes where a target is surely found, or not, does not at its limit.
+    below, above = (np.maximum(slopes_by(at), slopes_by(limit)) for limit in (lows, highs))
+    low, _ = interval_of_sum(probability, parts, below.tolist())
+    _, high = interval_of_sum(probability, parts, above.tolist())
+    # As of one target: fewer than two draws of any say nothing of the time.
+    known = np.isfinite(half_s)
     return Find(
         expected_s,
-        (expected_s - half_s, expected_s + half_s),
+        (expected_s - half_s, expected_s + half_s) if known else (0.0, most_s),
         probability,
-        interval_of_sum(probability, parts, slopes_by.tolist()),
+        (max(0.0, low), min(1.0, high)),
     )
 
 

@@ -18,8 +18,8 @@ from planner.messages import as_written, suggestion
 from planner.mission.sample_sizes import FRESH_TARGETS, fresh_targets
 from planner.network.read import open_network
 from planner.scenario.draft import read_draft, read_scenario
-from planner.scenario.sections import TargetSection
 from planner.scenario.source import scenario_path
+from planner.scenario.target import TargetSection
 from planner.scenario.toml_text import toml_text
 from planner.search.methods import method_named
 

@@ -177,16 +177,15 @@ class Summary:
         """How well the plan, and the flight that is written, find the same fresh targets."""
         pair = (self.worth.planned.evaluation, self.worth.written.evaluation)
         horizon_s, by_s = pair[1].objective.horizon_s, pair[1].objective.by_s or inf
-        one = pair[0].objective.sought == 1
-        many = percent if one else "{:.2f}".format  # a probability, or how many of several
-        what = "expected detection time" if one else "sum of detection times"
+        objective = pair[0].objective
+        what = "expected detection time" if objective.sought == 1 else "sum of detection times"
         times = [f"{one.expected_detection_time_s:,.0f} s" for one in pair]
         rows = [
             ("", "as planned", "by hand" if self.run.by_hand else "as written"),
             (what, *times),
         ]
         for time_s in sorted({*(s for s in (*BY_S, by_s) if s < horizon_s), horizon_s}):
-            shares = [many(one.found_by_probability(time_s)) for one in pair]
+            shares = [objective.number_found(one.found_by_probability(time_s)) for one in pair]
             rows.append((f"found by {clock(time_s)}", *shares))
         return [f"{name:<24}{one:>12}{other:>12}" for name, one, other in rows]
 

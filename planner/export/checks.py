@@ -124,3 +124,9 @@ def remarks(run: RunFlight) -> Iterator[str]:
         yield "no time in the air is given (uav.max_flight_time_s): no battery was checked"
     if not run.flight.comes_home:
         yield "it does not land where it took off: at its end it stays where it is, for the pilot"
+
+
+def of_flights(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[str]:
+    """Return what is said of flights, each line with the name of its flight if it has one."""
+    each = zip(names, said, strict=True)
+    return [f"{name}: {line}" if name else line for name, lines in each for line in lines]

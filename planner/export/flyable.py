@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from planner.clock import clock
 from planner.errors import InputError
-from planner.export.checks import faults, nearness, too_near
+from planner.export.checks import faults, nearness, of_flights, too_near
 from planner.export.from_run import run_flight
 from planner.flight.plan import ROUNDING_S, Plan
 from planner.flight.separation import meetings_of
@@ -35,7 +35,7 @@ def against(opened: OpenScenario, plan: Plan) -> list[str]:
         said = [[*_of_ideal(problems, one.plan)] for one in stored.each]
         met = meetings_of(plan, [problem.uav for problem in problems])
         near = [nearness(names[one], names[other], from_s) for one, other, from_s in met]
-    return [*_named(names, said), *near]
+    return [*of_flights(names, said), *near]
 
 
 def _of_ideal(problems: Sequence[Problem], plan: Plan) -> Iterator[str]:
@@ -51,9 +51,3 @@ def _of_ideal(problems: Sequence[Problem], plan: Plan) -> Iterator[str]:
             problem.airspace.refuse(track)
         except InputError as error:
             yield str(error)
-
-
-def _named(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[str]:
-    """Return what is said of flights, each line with the name of its flight if it has one."""
-    each = zip(names, said, strict=True)
-    return [f"{name}: {line}" if name else line for name, lines in each for line in lines]

@@ -1,9 +1,9 @@
 """False alarms: each one is looked at and dismissed, and all that it tells is that it is later now.
 
 They come by chance while the UAV searches, whatever it searches; or, among traffic, each time that
-a car is met that looks like the target. What a flight is worth with them
-is an expectation over all targets, given when the alarms are; two ways to fly are held against each
-other on the same alarms and the same targets.
+a car is met that looks like the target. What a flight is worth with them is an expectation over all
+targets, given when the alarms are; two ways to fly are held against each other on the same alarms
+and the same targets.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,6 +23,7 @@ from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
+from planner.mission.opening import OpenScenario
 from planner.mission.planning import problem_of
 from planner.mission.resume import Standing
 from planner.progress import Progress, silent
@@ -55,6 +56,18 @@ class NextAlarm(Protocol):
         """Return its time, given what is still to be flown; infinity: there is none."""
 
 
+def refuse_fleet(opened: OpenScenario) -> None:
+    """Do nothing if a scenario has one UAV.
+
+    Raises
+    ------
+    InputError
+        If it has several: whose alarms are meant, nobody says.
+    """
+    if len(opened.scenario.uavs) > 1:
+        raise InputError("--alarms: are those of one UAV, and the plan is for several")
+
+
 def by_chance(gaps_s: Sequence[float]) -> NextAlarm:
     """Return alarms that come whatever is searched.
 
@@ -71,13 +84,18 @@ def by_lookalikes(cars: Futures, radius_m: float) -> NextAlarm:
     """Return alarms that come when a car that looks like the target is first within the radius.
 
     Each car is checked once.
+
+    Parameters
+    ----------
+    cars
+        Those that look like the target.
     """
     unchecked = np.ones(len(cars), dtype=bool)
 
     def next_alarm(rest: Track, now_s: float) -> float:
         some = np.flatnonzero(unchecked)
         met_s = first_detection(cars.take(some), rest, radius_m)
-        if len(some) == 0 or not np.isfinite(met_s).any():
+        if not np.isfinite(met_s).any():
             return np.inf
         unchecked[some[np.argmin(met_s)]] = False
         return max(now_s, float(met_s.min()))
@@ -145,8 +163,7 @@ def compared(
     sequences
         What makes the alarms of a flight, twice the same.
     """
-    if len(mission.opened.scenario.uavs) > 1:
-        raise InputError("--alarms: are those of one UAV, and the plan is for several")
+    refuse_fleet(mission.opened)
     late, anew = list[Evaluation](), list[Evaluation]()
     for done, alarms in enumerate(sequences):
         on_progress(done, len(sequences))

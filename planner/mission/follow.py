@@ -17,7 +17,7 @@ from planner.futures.none import NO_TARGETS
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problem_of
-from planner.mission.resume import Resumed, Standing
+from planner.mission.resume import OfUav, Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
 from planner.mission.several import refuse_several
 from planner.network.place_words import Where
@@ -55,12 +55,11 @@ def lost(
     Raises
     ------
     InputError
-        If no time is left to search.
+        If no time is left to search, or not one UAV alone follows one target.
     """
-    if len(opened.scenario.uavs) > 1:
-        raise InputError("--lost-at: one UAV follows a target, and the plan is for several")
-    _refuse_no_time(opened, standing, gap_s)
-    changes = _changes(opened, place, standing, gap_s)
+    said = _said_of_only(opened, standing)
+    _refuse_no_time(opened, standing.at_s, gap_s)
+    changes = _changes(opened, place, said, standing.at_s, gap_s)
     overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
     anew = open_scenario(folder / PROVENANCE, overrides=overrides, permit=permit)
     there = problem_of(anew, NO_TARGETS)
@@ -68,10 +67,23 @@ def lost(
     return Resumed(anew, waits, gap_s)
 
 
-def _refuse_no_time(opened: OpenScenario, standing: Standing, gap_s: float) -> None:
+def _said_of_only(opened: OpenScenario, standing: Standing) -> OfUav:
+    """Return what is said of the only UAV, which follows the target."""
     refuse_several(opened, "--lost-at")
-    horizon_s, zero_s = opened.scenario.search.horizon_s, standing.at_s - gap_s
-    if not 0.0 <= zero_s < standing.at_s < horizon_s:
+    if len(opened.scenario.uavs) > 1:
+        raise InputError("--lost-at: one UAV follows a target, and the plan is for several")
+    said = standing.uavs.get(0, standing.of_only)
+    if standing.joined or {*standing.uavs} - {0} or said.lost_s is not None:
+        raise InputError(
+            "--lost-at: UAV 1 alone follows the target, and flies on; leave out who else flies, "
+            "or is lost"
+        )
+    return said
+
+
+def _refuse_no_time(opened: OpenScenario, at_s: float, gap_s: float) -> None:
+    horizon_s, zero_s = opened.scenario.search.horizon_s, at_s - gap_s
+    if not 0.0 <= zero_s < at_s < horizon_s:
         raise InputError(
             f"--gap {gap_s:g}: the search is from 0:00:00 to {clock(horizon_s)}, and it was lost "
             f"at {clock(zero_s)}; give another time"
@@ -81,14 +93,14 @@ def _refuse_no_time(opened: OpenScenario, standing: Standing, gap_s: float) -> N
 
 
 def _changes(
-    opened: OpenScenario, place: Where, standing: Standing, gap_s: float
+    opened: OpenScenario, place: Where, said: OfUav, at_s: float, gap_s: float
 ) -> dict[str, Any]:
     """Return what is another way from now on, by key of the scenario."""
-    scenario, zero_s, left_s = opened.scenario, standing.at_s - gap_s, standing.left_s
+    scenario, zero_s, left_s = opened.scenario, at_s - gap_s, said.left_s
     if left_s is None:
         landing_s = problem_of(opened, NO_TARGETS).uav.landing_s
-        left_s = landing_s - standing.at_s if np.isfinite(landing_s) else None
-    x_m, y_m = standing.xy_m or (place.x_m, place.y_m)
+        left_s = landing_s - at_s if np.isfinite(landing_s) else None
+    x_m, y_m = said.xy_m or (place.x_m, place.y_m)
     in_air = {"place": {"x_m": x_m, "y_m": y_m}, "at_s": gap_s}
     changes: dict[str, Any] = {
         "uav.in_air": in_air | ({} if left_s is None else {"left_s": left_s}),

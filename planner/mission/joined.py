@@ -22,7 +22,8 @@ class Joined:
     """Who joins."""
 
     ready_s: float  # when it can take off, seconds on the target's clock
-    # as a table [[uav]] has it; what is left out, but for place and height, is as the first has it
+    # as a table [[uav]] has it; what is left out is as its aircraft has it, if it names one, else
+    # as the first UAV has it, but for the place and the height
     uav: Mapping[str, Any]
 
 

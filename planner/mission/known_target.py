@@ -15,7 +15,7 @@ from planner.errors import Fault, InputError
 from planner.messages import as_written
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 from planner.scenario.target_values import Goal, StretchStart, TazStart
 
 log = logging.getLogger(__name__)

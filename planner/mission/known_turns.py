@@ -13,7 +13,7 @@ from planner.messages import counted
 from planner.network.road_network import RoadNetwork
 from planner.network.street_names import no_edge
 from planner.scenario.draft import Draft
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 
 LEAVES = "is an exit: a target that reaches its end has left the map (network.exits)"
 

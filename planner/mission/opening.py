@@ -31,7 +31,8 @@ from planner.scenario.checks import faults_of_fields
 from planner.scenario.draft import Draft, read_draft
 from planner.scenario.listed import named_for
 from planner.scenario.news import FoundNews, News
-from planner.scenario.sections import NetworkSection, Scenario, TargetSection
+from planner.scenario.sections import NetworkSection, Scenario
+from planner.scenario.target import TargetSection
 
 log = logging.getLogger(__name__)
 

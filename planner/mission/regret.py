@@ -14,7 +14,7 @@ from planner.mission.planning import holdout_for, problem_of
 from planner.mission.recorder import Recorder
 from planner.mission.trial import attempted
 from planner.progress import Progress, silent
-from planner.scenario.sections import Component
+from planner.scenario.target import Component
 from planner.scenario.toml_text import toml_text
 from planner.search.methods import Method
 

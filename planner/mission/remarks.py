@@ -35,10 +35,11 @@ def _few(opened: OpenScenario) -> Iterator[str]:
     """Yield advice where particles are few for the roads; towns have one of their own."""
     search, roads = opened.scenario.search, len(opened.network.road_ids)
     is_sample = search.sampling != "all" and opened.network.is_abstract
-    if is_sample and search.particles < FOR_A_ROAD * roads:
+    enough = FOR_A_ROAD * roads * len(opened.scenario.targets)  # which share them
+    if is_sample and search.particles < enough:
         yield (
             f"search.particles: {search.particles:,} are few for {roads:,} roads, on which plans "
-            f"may do much worse than their own figure; {FOR_A_ROAD * roads:,} or more are enough"
+            f"may do much worse than their own figure; {enough:,} or more are enough"
         )
 
 
@@ -70,12 +71,13 @@ def _yards_of(
 
 
 def _far(opened: OpenScenario) -> Iterator[str]:
-    home = opened.return_to_m
-    places = {"uav.start": opened.uav_xy_m, **({"uav.return_to": home} if home else {})}
-    for key, place in places.items():
-        away_m = off_roads_m(opened.network, np.array(place))
-        if away_m > FAR_M:
-            yield f"{key}: lies {away_m / 1000:,.1f} km from the nearest road"
+    keys = keys_of("uav", len(opened.starts_m))
+    for key, start, home in zip(keys, opened.starts_m, opened.landings_m, strict=True):
+        places = {f"{key}.start": start, **({f"{key}.return_to": home} if home else {})}
+        for name, place in places.items():
+            away_m = off_roads_m(opened.network, np.array(place))
+            if away_m > FAR_M:
+                yield f"{name}: lies {away_m / 1000:,.1f} km from the nearest road"
 
 
 def _not_exported(opened: OpenScenario) -> Iterator[str]:

@@ -131,14 +131,16 @@ def refuse_long_delay(opened: OpenScenario, plan: Plan, standing: Standing) -> N
     InputError
         If one has not: so long a delay cannot be all of this flight's.
     """
-    for number, problem in enumerate(problems_of(opened, NO_TARGETS)):
+    problems = problems_of(opened, NO_TARGETS)
+    for number, problem in enumerate(problems):
         late_s = standing.uavs.get(number, standing.of_only).late_s
         begun_s = [one.take_off_s for one in _flights(plan, number)]
         begins_s = max((s for s in begun_s if s < standing.at_s), default=standing.at_s)
         most_s = max(0.0, standing.at_s - begins_s - _climb_s(problem.uav))
         if late_s > most_s:
+            who = "the UAV" if len(problems) == 1 else f"UAV {number + 1}"
             raise InputError(
-                f"--delay {late_s:g}: at {clock(standing.at_s)} the UAV has been at its "
+                f"--delay {late_s:g}: at {clock(standing.at_s)} {who} has been at its "
                 f"height for {most_s:g} s; give at most that"
             )
 
@@ -204,7 +206,7 @@ class _Now:
         waiting = tuple(flights[len(begun) :])
         flown = [one.tracks[0] for one in begun]
         if said.lost_s is not None:
-            return _Part(self._changed(NO_MORE), flown=_joined_until(flown, by_s))
+            return _Part(self._changed(NO_MORE), flown=_flown_until(flown, by_s))
         if begun and self._is_up(begun[-1], len(begun) - 1, said, last=not waiting):
             return self._in_flight(begun, waiting, said)
         left = self.uav.sorties - len(begun)
@@ -212,7 +214,7 @@ class _Now:
             return _Part(self._changed(self._ready(left)), waiting)
         ready = self._ready(left, begun[-1].end_s + self.uav.swap_s)
         changes = {"in_air": None, **ready}
-        return _Part(self._changed(changes), waiting, _joined_until(flown, self.at_s))
+        return _Part(self._changed(changes), waiting, _flown_until(flown, self.at_s))
 
     def _is_up(self, flight: Plan, number: int, said: OfUav, *, last: bool) -> bool:
         """Return whether it flies on in a flight that it has begun.
@@ -294,9 +296,9 @@ def _climb_s(uav: Uav) -> float:
     return 0.0 if uav.aircraft is None else uav.aircraft.law.climb_s
 
 
-def _joined_until(flown: Sequence[Track], time_s: float) -> Track | None:
+def _flown_until(flights: Sequence[Track], time_s: float) -> Track | None:
     """Return flights of one UAV as one, up to a time; None if there are none."""
-    return in_order([one.until(time_s) for one in flown]) if flown else None
+    return in_order([one.until(time_s) for one in flights]) if flights else None
 
 
 def _with(

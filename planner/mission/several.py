@@ -20,6 +20,6 @@ def refuse_several(opened: OpenScenario, what: str) -> None:
     many = len(opened.scenario.targets)
     if many > 1:
         raise InputError(
-            f"{what}: is for one target yet, and {opened.scenario.name} has {many}; give each a "
+            f"{what}: takes one target so far, and {opened.scenario.name} has {many}; give each a "
             "scenario of its own, with [target]"
         )

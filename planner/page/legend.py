@@ -1,7 +1,7 @@
 """What dots on the map are: where a target may be, several told apart by shape and colour."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 from planner.page.document import markup
 
@@ -10,17 +10,17 @@ CIRCLE = '<circle class="dot" cx="6" cy="6" r="4"/>'
 CORNERS = ((0, 0.0), (4, 0.0), (4, math.pi / 4), (3, math.pi))
 
 
-def dots(names: Sequence[str] = ()) -> str:
+def dots(names: Mapping[int, str] | None = None) -> str:
     """Return the legend of targets as markup.
 
     Parameters
     ----------
     names
-        What each is called, if there are several.
+        What those are called that are searched for, by number, if there are several in all.
     """
-    if len(names) < 2:
+    if not names:
         return _one(CIRCLE, "may be here")
-    return " ".join(_one(_shape(kind), f"{name} may be here") for kind, name in enumerate(names))
+    return " ".join(_one(_shape(kind), f"{name} may be here") for kind, name in names.items())
 
 
 def _one(shape: str, said: str) -> str:

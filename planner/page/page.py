@@ -47,7 +47,7 @@ def page(run: Shown) -> str:
         "SOON": "minute" if soon == 60.0 else f"{soon / 60:g} minutes",
         "ODDS": _odds(run),
         "STILL": picture,
-        "DOTS": dots(run.opened.scenario.target_names),
+        "DOTS": dots(run.names),
         "METHODS": _methods(run),
         "LEGS": _legs(run),
         "NOTES": "".join(f"<p>{markup(note)}</p>" for note in _notes(run)),
@@ -188,9 +188,8 @@ def _several(run: Shown) -> Iterator[str]:
     """Yield what is to be known where several targets are searched for."""
     if run.sought == 1:
         return
-    names = run.opened.scenario.target_names
     yield f"There are {run.sought} targets: odds and times above are of one of them, on average."
     first, last = first_and_last(run.evaluated)
-    each = [(names[number], find_of(one)) for number, one in run.evaluated.each.items()]
+    each = [(run.names[number], find_of(one)) for number, one in run.evaluated.each.items()]
     for name, find in (*each, ("Any of them", first), ("All of them", last)):
         yield f"{name}: found {odds(find.probability)}, in {find.expected_s / 60:,.1f} min."

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from planner.detection.chase import chased_by_any
 from planner.detection.evaluation import Evaluation
 from planner.flight.plan import Plan
@@ -36,6 +38,13 @@ class Shown:
     def sought(self) -> int:
         """How many targets are searched for."""
         return self.evaluated.objective.sought
+
+    @property
+    def names(self) -> dict[int, str]:
+        """What those targets are called, by number; empty where the scenario has one."""
+        names = self.opened.scenario.target_names
+        there = np.unique(self.fresh.target).tolist() if len(names) > 1 else ()
+        return {number: names[number] for number in there}
 
     @property
     def radius_m(self) -> float:

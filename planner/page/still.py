@@ -7,6 +7,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.flight.track import Track
 from planner.page.earth import Box
+from planner.page.legend import CORNERS
 
 WIDE = 1000  # of the picture, in its own units
 DOT, UAV = 4, 14  # sizes in it
@@ -61,7 +62,8 @@ def still(
 def _dots(places: Ints, kind: int) -> str:
     """Return the dots of one target, the first one's like those of a single target."""
     d = "".join(f"M{x} {y}h0" for x, y in np.unique(places, axis=0).tolist())
-    return f'<path class="targets{f" t{(kind - 1) % 3 + 1}" * (kind > 0)}" d="{d}"/>'
+    look = kind % len(CORNERS)
+    return f'<path class="targets{f" t{look}" * (look > 0)}" d="{d}"/>'
 
 
 def _crosses(line: Ints, high: int) -> bool:

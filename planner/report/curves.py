@@ -50,6 +50,8 @@ def draw_curves(
 ) -> None:
     """Draw a detection curve per evaluation, the horizon, and when targets reach their goal.
 
+    Of several targets all shares and times are those of one of them, on average.
+
     Parameters
     ----------
     until_s
@@ -80,7 +82,9 @@ def draw_curves(
         xlabel=f"time ({unit})",
     )
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    axes.set_title("probability of having found the target", loc="left")
+    sought = problem.objective.sought
+    whom = "the target" if sought == 1 else f"one of the {sought} targets, on average"
+    axes.set_title(f"probability of having found {whom}", loc="left")
     axes.grid(color="#e8e8e8", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors="#444444", length=3)
@@ -89,7 +93,10 @@ def draw_curves(
 
 def _put_legend(axes: "Axes", evaluations: Mapping[str, Evaluation], until_s: float) -> None:
     """Put the legend into the corner that the curves leave free, above the strip of times."""
-    early = [e.found_by_probability(0.4 * until_s) > 0.35 for e in evaluations.values()]
+    early = [
+        e.found_by_probability(0.4 * until_s) > 0.35 * e.objective.sought
+        for e in evaluations.values()
+    ]
     if all(early):
         axes.legend(loc="lower right", bbox_to_anchor=(0.985, 0.05), framealpha=0.95)
     else:
@@ -106,12 +113,14 @@ def _draw_curve(
     **line: Any,
 ) -> None:
     times_s, probability = evaluation.curve()
-    found = evaluation.detection_probability
+    sought = evaluation.objective.sought
+    found = evaluation.detection_probability / sought
+    mean_s = evaluation.expected_detection_time_s / sought
     axes.step(
         np.concatenate(([start_s], times_s, [evaluation.objective.horizon_s])) / unit_s,
-        np.concatenate(([0.0], probability, [found])),
+        np.concatenate(([0.0], probability / sought, [found])),
         where="post",
-        label=f"{name}: {percent(found)} found, mean {evaluation.expected_detection_time_s:,.0f} s",
+        label=f"{name}: {percent(found)} found, mean {mean_s:,.0f} s",
         **line,
     )
 
@@ -130,14 +139,15 @@ def _draw_limits(
 ) -> None:
     """Shade what has left the map unseen, from above, and draw what no flight surpasses."""
     times_s = np.linspace(0.0, until_s, 200)
-    futures = problem.futures
+    futures, sought = problem.futures, problem.objective.sought
     left = np.array([left_unseen(futures, evaluated, time_s) for time_s in times_s.tolist()])
+    left /= sought
     if left[-1] >= LEAST_LEFT:
         shade: dict[str, Any] = {"color": "#d0d0d0", "alpha": 0.6, "lw": 0}
         label = f"futures that leave the map unseen: {percent(left[-1], 0)}"
         axes.fill_between(times_s / unit_s, 1 - left, 1.0, label=label, **shade)
     at_best_s = chased_by_any(futures, problem.flying, problem.sensor)
-    ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s))
+    ceiling = float(futures.weight @ (at_best_s <= problem.horizon_s)) / sought
     if ceiling < MOST_OF_ALL:
         dots: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": ":"}
         axes.axhline(

@@ -42,11 +42,6 @@ def first_and_last_cells(evaluated: Evaluation) -> list[str]:
     return [seconds_text(find.expected_s) for find in first_and_last(evaluated)]
 
 
-def number_found(sought: int) -> Callable[[float], str]:
-    """Return what writes how many targets are found: a share of one, a number of several."""
-    return percent if sought == 1 else "{:.2f}".format
-
-
 def timed(sought: int) -> str:
     """Return what the expected time is called."""
     return "expected detection time" if sought == 1 else f"sum of {sought} detection times"

@@ -30,11 +30,17 @@ def verdict(found: Replanned, lead: Ahead) -> str:
 
 def saving(found: Replanned, lead: Ahead) -> str:
     """Return what a new plan saves against the one there was."""
-    interval = f"{100 * lead.low:.1f} .. {100 * lead.high:.1f}"
-    gain = f"{percent(lead.share)} (95 %: {interval}, paired)"
-    if found.problem.objective.by_s is not None:
-        return f"a new plan, which finds {gain} more than the one there was"
-    return f"a new plan; of the time still to come it saves {gain}"
+    objective = found.problem.objective
+    sure = f"95 %: {100 * lead.low:.1f} .. {100 * lead.high:.1f}, paired"
+    if objective.by_s is not None and objective.sought > 1:
+        sure = f"95 %: {lead.low:.2f} .. {lead.high:.2f}, paired"
+    sure = sure if lead.is_known else "too few targets for an interval"
+    if objective.by_s is None:
+        return f"a new plan; of the time still to come it saves {percent(lead.share)} ({sure})"
+    if objective.sought == 1:
+        return f"a new plan, which finds {percent(lead.share)} ({sure}) more than the one there was"
+    more = f"{lead.share:.2f} more of the {objective.sought} targets"
+    return f"a new plan, which finds {more} ({sure}) than the one there was"
 
 
 def offer_line(offer: Offer) -> str:

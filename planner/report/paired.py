@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from planner.clock import clock
+from planner.detection.objective import Objective
 from planner.detection.paired import Ahead, ahead
 from planner.report.tables import MethodRow
 from planner.search.methods import METHODS, is_pattern
@@ -27,17 +26,24 @@ def against_patterns(rows: Sequence[MethodRow]) -> str | None:
     for method, one in patterns[1:]:
         if one.is_better(pattern):
             name, pattern = method, one
-    return _sentence(name, ahead(bests[0], pattern), pattern.objective.by_s)
+    return _sentence(name, ahead(bests[0], pattern), pattern.objective)
 
 
-def _sentence(pattern: str, lead: Ahead, by_s: float | None) -> str:
-    sign = 100.0 if lead.share >= 0.0 else -100.0
-    share, low, high = (sign * one for one in lead)
-    low, high = sorted((low, high))
+def _sentence(pattern: str, lead: Ahead, objective: Objective) -> str:
+    by_s, is_ahead = objective.by_s, lead.share >= 0.0
+    counts = by_s is not None and objective.sought > 1  # targets, in place of per cent
+    scale, digits = (1.0, 2) if counts else (100.0, 1)
+    share, *ends = ((scale if is_ahead else -scale) * one for one in lead)
+    low, high = sorted(ends)
     if by_s is None:
-        lead_is = f"{share:.1f} % {'sooner than' if sign > 0.0 else 'later than'}"
+        lead_is = f"{share:.1f} % {'sooner than' if is_ahead else 'later than'}"
+    elif counts:
+        way = "more" if is_ahead else "fewer"
+        of_all = f"of the {objective.sought} targets"
+        lead_is = f"by {clock(by_s)} it finds {share:.2f} {way} {of_all} than"
     else:
-        way = "ahead of" if sign > 0.0 else "behind"
+        way = "ahead of" if is_ahead else "behind"
         lead_is = f"by {clock(by_s)} it is {share:.1f} points {way}"
-    interval = f" (95 %: {low:.1f} .. {high:.1f}, paired)" if np.isfinite(low) else ""
+    known = lead.is_known
+    interval = f" (95 %: {low:.{digits}f} .. {high:.{digits}f}, paired)" if known else ""
     return f"{BEST}: {lead_is} the best tuned pattern, {pattern}{interval}"

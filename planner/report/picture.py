@@ -89,7 +89,7 @@ def plan_picture(
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {percent(share, 0)} found"
-            left = left_unseen(problem.futures, evaluated, time_s)
+            left = left_unseen(problem.futures, evaluated, time_s) / problem.objective.sought
             size = 8.0 if in_town else 9.0  # there are more words above wider maps
             axes.set_title(
                 label + (f", {percent(left, 0)} gone" if left else ""), size=size, pad=3.5
@@ -169,7 +169,8 @@ def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, unti
     """Draw a flight in a town, and number where it finds first; return the part shown."""
     view = view_of_search(problem, plan, until_s)
     flight = draw_search(axes, problem, plan, until_s, view)
-    finds = finds_of(flight, seen_at, problem.futures.weight, apart_m=view.size_m / 9)
+    weight = problem.futures.weight / problem.objective.sought  # of one target, on average
+    finds = finds_of(flight, seen_at, weight, apart_m=view.size_m / 9)
     draw_finds(axes, view, finds)
     draw_airspace(axes, view, problem.airspace)
     for track in plan.tracks:
@@ -212,7 +213,7 @@ def _draw_plan(
 def _draw_moment(
     axes: "Axes", problem: Problem, plan: Plan, view: View, seen_at: Floats, time_s: float
 ) -> float:
-    """Draw where the targets and the UAV are at a time; return which share is found by then."""
+    """Draw where targets and UAVs are at a time; return the probability of one's being found."""
     futures = problem.futures
     draw_net(axes, problem.network, view, width=0.7)
     draw_airspace(axes, view, problem.airspace)
@@ -223,7 +224,7 @@ def _draw_moment(
     for track in plan.tracks:
         _mark_uav(axes, view, track, time_s, size=7.0)
     view.frame(axes, numbered=False)
-    return float(futures.weight[found].sum())
+    return float(futures.weight[found].sum()) / problem.objective.sought
 
 
 def _mark_uav(axes: "Axes", view: View, track: Track, time_s: float, *, size: float) -> None:

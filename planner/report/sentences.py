@@ -1,7 +1,7 @@
 """Sentences that stand below the tables."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from planner.bounds.certificate import Certificate, gap_of
@@ -11,8 +11,9 @@ from planner.detection.prospects import Prospects
 from planner.intervals import share_interval
 from planner.messages import percent
 from planner.mission.own_futures import ENOUGH, ENOUGH_FILES
+from planner.report.finds import span_of
 from planner.report.tables import Fresh, MethodRow
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 from planner.search.methods import plans_for_misses
 
 ENOUGH_IN_TOWN = 1000  # particles; measured: with half as many a tuned spiral does better
@@ -48,12 +49,13 @@ def hidden_line(hidden: float | None) -> str | None:
     )
 
 
-def flees_line(target: TargetSection) -> str | None:
-    """Return what is said of a target, or a component of it, that flees."""
-    if not any(part.flees for _, part in target.parts("target")):
+def flees_line(targets: Sequence[TargetSection]) -> str | None:
+    """Return what is said where a target, or a component of one, flees."""
+    if not any(part.flees for target in targets for _, part in target.parts("target")):
         return None
+    whoever = "the target" if len(targets) == 1 else "a target"
     return (
-        "the target flees at first whatever is done; a plan fixed at take-off is as good as any "
+        f"{whoever} flees at first whatever is done; a plan fixed at take-off is as good as any "
         "other if the find ends the mission, nothing seen misleads, the target does not react to "
         "the UAV and flight times are as planned"
     )
@@ -87,14 +89,20 @@ def particles_hint(planned: Evaluation, evaluated: Evaluation, sampling: str) ->
     )
 
 
-def few_in_town(particles: int) -> str | None:
-    """Return advice if a plan in a town was made on so few particles that it may be of no use."""
-    if particles >= ENOUGH_IN_TOWN:
+def few_in_town(particles: int, sought: int = 1) -> str | None:
+    """Return advice if a plan in a town was made on so few particles that it may be of no use.
+
+    Parameters
+    ----------
+    sought
+        How many targets share the particles.
+    """
+    enough = ENOUGH_IN_TOWN * sought
+    if particles >= enough:
         return None
     return (
         f"planned on {particles:,} particles: in towns a plan made on fewer than "
-        f"{ENOUGH_IN_TOWN:,} may be worse than a well-tuned spiral; try --set "
-        f"search.particles={ENOUGH_IN_TOWN}"
+        f"{enough:,} may be worse than a well-tuned spiral; try --set search.particles={enough}"
     )
 
 
@@ -104,9 +112,9 @@ def so_far(evaluated: Evaluation) -> str:
     if by_s is None:
         expected_s, (low_s, high_s) = evaluated.expected_detection_time_s, evaluated.ci95_s
         return f"{expected_s:,.0f} s ({low_s:,.0f} .. {high_s:,.0f}) so far"
-    low, high = evaluated.found_by_interval(by_s)
-    found = percent(evaluated.found_by_probability(by_s))
-    return f"{found} ({percent(low)} .. {percent(high)}) so far"
+    many = evaluated.objective.number_found
+    within = span_of(many, evaluated.found_by_interval(by_s))
+    return f"{many(evaluated.found_by_probability(by_s))} ({within}) so far"
 
 
 def estimate_follows(targets: int) -> str:

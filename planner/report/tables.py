@@ -23,7 +23,6 @@ from planner.network.street_names import has_street_names, road_phrase, street_a
 from planner.report.finds import (
     counted_of,
     first_and_last_cells,
-    number_found,
     seconds_text,
     span_of,
     timed,
@@ -99,9 +98,8 @@ def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
         caption=_few(len(row.evaluated.weight)),
     )
     time_s, found = row.evaluated.ci95_s, row.evaluated.found_interval
-    sought = row.evaluated.objective.sought
-    many = number_found(sought)
-    by_s = row.evaluated.objective.by_s
+    objective = row.evaluated.objective
+    sought, by_s, many = objective.sought, objective.by_s, objective.number_found
     if by_s is not None:
         shares = [many(e.found_by_probability(by_s)) for e in both]
         table.add_row(_by(by_s), *shares, span_of(many, row.evaluated.found_by_interval(by_s)))
@@ -310,8 +308,8 @@ def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> FittingTa
         As ``plan_table`` takes it.
     """
     columns = (Column("", left=True, wraps=True), Column("value"), Column("95 % interval"))
-    sought = evaluation.objective.sought
-    flights, many = len(evaluation.weight) // sought, number_found(sought)
+    sought, many = evaluation.objective.sought, evaluation.objective.number_found
+    flights = len(evaluation.weight) // sought
     table = FittingTable(f"{flights:,} flights", columns, caption=_few(flights))
     if evaluation.objective.by_s is not None:
         by_deadline = evaluation.found_by_probability(evaluation.objective.by_s)
@@ -330,7 +328,7 @@ def flights_table(evaluation: Evaluation, *, in_town: bool = False) -> FittingTa
 
 def _cells(row: MethodRow, evaluated: Evaluation, *, with_gap: bool, in_town: bool) -> list[str]:
     low_s, high_s = evaluated.ci95_s
-    many = number_found(evaluated.objective.sought)
+    many = evaluated.objective.number_found
     return [
         *_by_cells(evaluated),
         seconds_text(evaluated.expected_detection_time_s),
@@ -349,7 +347,7 @@ def _by_cells(evaluated: Evaluation) -> list[str]:
     by_s = evaluated.objective.by_s
     if by_s is None:
         return []
-    many = number_found(evaluated.objective.sought)
+    many = evaluated.objective.number_found
     return [
         many(evaluated.found_by_probability(by_s)),
         span_of(many, evaluated.found_by_interval(by_s)),

@@ -13,8 +13,8 @@ from planner.scenario.sections import (
     Scenario,
     SearchSection,
     SensorSection,
-    TargetSection,
 )
+from planner.scenario.target import TargetSection
 from planner.scenario.uav import UavSection
 
 # The keys that checks across sections depend on.

@@ -28,9 +28,9 @@ from planner.scenario.sections import (
     Scenario,
     SearchSection,
     SensorSection,
-    TargetSection,
 )
 from planner.scenario.source import Source, read_source
+from planner.scenario.target import TargetSection
 from planner.scenario.target_checks import (
     count_faults,
     sampling_faults,
@@ -294,7 +294,8 @@ def _joint_faults(
     uavs = _by_key("uav", uav, others["uav"])
     targets = _by_key("target", sections["target"], others["target"])
     truths = _by_key("truth", sections["truth"], others["truth"])
-    found = [*shared_faults(targets)]
+    # What truths share with targets is reported there.
+    found = [*shared_faults(targets)] or [*shared_faults(truths)]
     if search:
         found += count_faults(len(targets), search)
     if _any_about(faults, "target[", "truth["):

@@ -6,23 +6,19 @@ network with them.
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from planner.scenario.areas import Area
 from planner.scenario.news import NewsSection
 from planner.scenario.source import FILE
-from planner.scenario.target_values import Flees, Goes, Start, Stops
+from planner.scenario.target import TargetSection
 from planner.scenario.traffic import TrafficSection
 from planner.scenario.uav import UavSection
 from planner.scenario.values import (
     Credit,
     Detects,
-    Distances,
-    DistributionSection,
-    Hidden,
-    Moment,
     Name,
     Positive,
     PositiveSeconds,
@@ -30,11 +26,8 @@ from planner.scenario.values import (
     RoadTolerance,
     Seconds,
     Section,
-    Speeds,
-    TargetName,
     Tick,
     Tolerance,
-    Turning,
 )
 
 OF_SUMO = "sumo:"  # begins a path below the folder of the SUMO that is installed
@@ -85,97 +78,6 @@ class NetworkSection(Section):
     def credit(self) -> str:
         """What all that is made from the network has to say of whose data it is; may be empty."""
         return self.attribution or (OF_OSM if self.osm is not None else "")
-
-
-class TargetSection(Section):
-    """What is known of the target: the paper's p(r0), p(d0), p(v0) and its transition model."""
-
-    stand_in: ClassVar[dict[str, Any]] = {"start": "anywhere"}
-
-    name: TargetName | None = Field(
-        default=None,
-        description="what it is called where there are several, or leave it out for its number",
-    )
-    start: Start = Field(
-        description='"anywhere", a list of edges, a table of edges and their probabilities, '
-        "[{ edge, from_m, to_m, p }], { x_m, y_m, radius_m, heading_deg }, { lon, lat, ... }, "
-        "{ area } or { taz, file }"
-    )
-    goes: Goes | None = Field(
-        default=None,
-        description='"turns" by chance, "somewhere", "leaves", [{ edge, p }], or { file } of '
-        'SUMO\'s routes; left out: "turns"',
-    )
-    distance_m: Distances = Field(
-        default="anywhere",
-        description='"anywhere" or a distribution such as { uniform = [0, 7500] }',
-    )
-    speed_mps: Speeds = Field(
-        default=DistributionSection(uniform=(15.0, 25.0)),
-        description="a distribution such as { uniform = [15, 25] } or { constant = 20 }",
-    )
-    speed_drawn: Literal["once", "per road"] = "once"
-    turning: Turning = Field(
-        default="equal",
-        description='"equal", { AB = { BC = 0.5, BD = 0.5 } } or { file = "turns.xml" }',
-    )
-    driving: Literal["constant", "free", "traffic"] = "constant"
-    signals: Literal["unknown", "known"] | None = Field(
-        default=None,
-        description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
-    )
-    at_sink: Literal["stays", "gone"] = "stays"
-    probability_present: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = Field(
-        default=1.0,
-        description="the probability that the target is there at all, above 0 and at most 1",
-    )
-    hidden: Hidden | None = Field(
-        default=None,
-        description="the probability that it is where no pass can see it, such as a garage: from "
-        "0 to below 1, or leave it out for 0",
-    )
-    last_seen_ago_s: Seconds = Field(
-        default=0.0, description="how long ago the target was at its start, as seconds or H:M:S"
-    )
-    sighted_at: Moment | None = Field(
-        default=None,
-        description="the moment of time 0, with its offset from UTC: 2026-05-01T14:05:00+02:00, "
-        "or leave it out",
-    )
-    last_seen_window_s: Seconds | None = Field(
-        default=None,
-        description="for how long from time 0 on it may have been seen, as seconds or H:M:S, or "
-        "leave it out for time 0",
-    )
-    stops: Stops | None = Field(
-        default=None,
-        description='{ parked = 0.2, share = 0.85, mean_s = "1:00:00" }, or leave it out: none',
-    )
-    flees: Flees | None = Field(
-        default=None, description="{ for_s = 90, factor = 1.3 }, or leave it out: it does not"
-    )
-    caution: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] | None = Field(
-        default=None,
-        description="the share of a widened belief that is planned for as well, such as 0.1, or "
-        "leave it out for 0",
-    )
-    mix: Annotated[tuple["Component", ...], Field(strict=False)] | None = Field(
-        default=None, description="what the target may be, each with its weight, or leave it out"
-    )
-
-    def parts(self, key: str) -> "list[tuple[str, TargetSection]]":
-        """Return what the target may be, by key: itself, or the components of its mixture."""
-        if self.mix is None:
-            return [(key, self)]
-        return [(f"{key}.mix[{i}]", part) for i, part in enumerate(self.mix)]
-
-
-class Component(TargetSection):
-    """One of the things that a target may be."""
-
-    weight: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(
-        description="its probability, or any number in proportion to it, above 0"
-    )
 
 
 class SensorSection(Section):
@@ -354,9 +256,7 @@ class Scenario:
     @property
     def target_names(self) -> tuple[str, ...]:
         """What each target is called: its name, or its number from 1 on."""
-        return tuple(
-            target.name or f"target {number}" for number, target in enumerate(self.targets, 1)
-        )
+        return tuple(target.called(number) for number, target in enumerate(self.targets, 1))
 
     @property
     def uavs(self) -> tuple[UavSection, ...]:

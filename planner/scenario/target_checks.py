@@ -5,7 +5,8 @@ from pathlib import Path
 
 from planner.errors import Fault
 from planner.messages import as_written
-from planner.scenario.sections import SearchSection, TargetSection
+from planner.scenario.sections import SearchSection
+from planner.scenario.target import TargetSection
 from planner.scenario.values import probability_fault
 
 OF_ALL_TARGETS = ("driving", "last_seen_ago_s", "sighted_at")  # one clock, and one kind of motion
@@ -25,17 +26,18 @@ def target_faults(key: str, section: TargetSection, folder: Path) -> Iterator[Fa
 
 def shared_faults(targets: Sequence[tuple[str, TargetSection]]) -> Iterator[Fault]:
     """Yield where several targets, by key, differ in what is the same for all, or have one name."""
+    names = [target.called(number) for number, (_, target) in enumerate(targets, 1)]
     for number, (key, target) in enumerate(targets[1:], 1):
         first_key, first = targets[0]
         if target.driving == "traffic":
-            yield Fault(f"{key}.driving", "takes one target in traffic yet; leave the others out")
+            text = "is traffic, in which there is one target so far; leave the others out"
+            yield Fault(f"{key}.driving", text)
         for name in OF_ALL_TARGETS:
             if getattr(target, name) != getattr(first, name):
                 text = f"is the same for all targets, but {first_key}.{name} differs"
                 yield Fault(f"{key}.{name}", f"{text}; write the same in both")
-        names = [other.name for _, other in targets[:number]]
-        if target.name is not None and target.name in names:
-            text = f"{as_written(target.name)} is another target's name; give each its own"
+        if names[number] in names[:number]:
+            text = f"{as_written(names[number])} is another target's name; give each its own"
             yield Fault(f"{key}.name", text)
 
 

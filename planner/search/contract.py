@@ -128,7 +128,8 @@ def cost_s(problem: Problem, plan: Plan) -> float:
     result = evaluate(plan.tracks, problem.futures, problem.sensor, problem.objective)
     if problem.objective.by_s is None:
         return result.expected_detection_time_s
-    return problem.horizon_s * (1 - result.found_by_probability(problem.objective.by_s))
+    found = result.found_by_probability(problem.objective.by_s)
+    return problem.horizon_s * (problem.objective.sought - found)
 
 
 def random_s(problem: Problem, roads: int) -> float:

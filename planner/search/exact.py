@@ -89,8 +89,11 @@ def best_order(problem: Problem, most_legs: int) -> tuple[tuple[int, ...], float
 
 
 def _own_figure(problem: Problem, cost: Floats | float) -> Floats | float:
-    """Return the objective's figure for mean costs: seconds as they are, or a probability."""
-    return cost if problem.objective.by_s is None else 1.0 - cost
+    """Return the objective's figure for costs: seconds as they are, or how probably it is found.
+
+    Of several targets it is how many of them are.
+    """
+    return cost if problem.objective.by_s is None else problem.objective.sought - cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,6 +223,6 @@ def _states(problem: Problem, case: Case, slots: int) -> PrefixStates:
     states.time_s[0] = problem.first_state.time_s
     states.open[0, : len(moving)] = moving
     states.opens[0] = len(moving)
-    never = 1.0 - float(problem.weight_at_start[moving].sum())
+    never = problem.objective.sought - float(problem.weight_at_start[moving].sum())
     states.settled[0] = max(0.0, never) * case.miss_cost
     return states

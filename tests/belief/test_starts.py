@@ -14,7 +14,7 @@ from planner.belief.zone_file import read_zone
 from planner.errors import InputError, ScenarioError
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.georeference import grid_convergence_deg, lonlat
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 from planner.scenario.target_values import CircleStart
 from planner.streams import stream
 from support.sumo_instances import grid5x5, town

@@ -3,14 +3,19 @@
 import csv
 import json
 import sys
+from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from planner.cli import main
+from planner.cli.news_arguments import heard_of
+from planner.errors import InputError
 from planner.files import RECORD
+from planner.mission.news_words import Setting
 from planner.mission.opening import open_scenario
+from support.instances import figure3
 
 BLUE = '{start={"r3c0-r4c0"=0.5,"r3c0-r3c1"=0.5},name="blue",probability_present=0.8}'
 RED = '{start={"r0c0-r0c1"=1},distance_m={uniform=[0,7500]}}'
@@ -90,7 +95,7 @@ def test_what_takes_one_target_says_so(
 ) -> None:
     assert main([part.replace("RUN", str(run)) for part in command]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "is for one target yet, and grid5x5 has 2; give each a scenario of its own" in line
+    assert "takes one target so far, and grid5x5 has 2; give each a scenario of its own" in line
 
 
 def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
@@ -112,6 +117,22 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
         '--found: target: "green" is none of the targets; known: target 1, blue'
         in capsys.readouterr().err
     )
+
+
+def test_the_only_target_is_not_found_in_between() -> None:
+    said = Namespace(found=["red"], report=[], same_source=False, insist=False)
+    with pytest.raises(InputError, match="--found: there is one target"):
+        heard_of(said, Setting(figure3(), None, 100.0))
+
+
+def test_the_rest_of_a_flight_tells_of_each_target_too(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = ["--at", "1500", "--delay", "60", "--method", "rate", "--targets", "60"]
+    assert main(["replan", str(run), *late, "-o", str(tmp_path / "late")]) == 0
+    shown = capsys.readouterr().out
+    for words in ("sum of 2 detection times", "the first find", "blue", "all found"):
+        assert words in shown
 
 
 def test_where_tells_of_each_target(

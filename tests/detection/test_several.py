@@ -119,6 +119,16 @@ def test_one_that_nothing_is_left_of_is_never_found() -> None:
     assert alone.expected_detection_time_s == pytest.approx(first.expected_s + HORIZON_S)
 
 
+def test_a_single_draw_of_each_tells_nothing() -> None:
+    seen_at = np.array([300.0, 500.0])
+    objective = Objective(HORIZON_S, sought=2)
+    found = Evaluation(seen_at, np.ones(2), seen_at, objective, target=np.array([0, 1]))
+    for find in first_and_last(found):
+        assert find.ci95_s == (0.0, HORIZON_S)
+        low, high = find.interval
+        assert 0.0 <= low < find.probability <= high <= 1.0
+
+
 def test_intervals_hold_what_they_say() -> None:
     """Of many small samples, about 95 % have the true figures of both finds within."""
     rng = np.random.default_rng(5)

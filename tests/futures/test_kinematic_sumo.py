@@ -16,7 +16,7 @@ from planner.network.read import read_net
 from planner.network.road_network import RoadNetwork
 from planner.network.signals import signal_cycle_s, signals_of
 from planner.network.sumo import sumo_home
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 from support.data import data_file
 from support.drives import driven
 from support.signal_grid import signal_grid

@@ -27,6 +27,10 @@ def test_the_papers_drone_comes_from_afar() -> None:
     assert scenario_remarks(opened) == ["uav.start: lies 60.0 km from the nearest road"]
     near = open_scenario("grid5x5", overrides=["uav.start.distance_m=500"])
     assert scenario_remarks(near) == []
+    places = ("{ x_m = 0, y_m = 0 }", "{ x_m = 0, y_m = 30000 }")
+    two = ", ".join(f"{{ start = {place}, speed_mps = 100 }}" for place in places)
+    remarks = scenario_remarks(open_scenario("grid5x5", overrides=[f"uav=[{two}]"]))
+    assert remarks == ["uav[1].start: lies 30.0 km from the nearest road"]
 
 
 def test_few_particles_for_many_roads() -> None:
@@ -34,6 +38,8 @@ def test_few_particles_for_many_roads() -> None:
     (few,) = scenario_remarks(open_scenario("grid5x5", overrides=overrides))
     assert few.startswith("search.particles: 1,700 are few for 60 roads")
     assert "1,800 or more" in few
+    (of_two,) = scenario_remarks(open_scenario("grid5x5-two", overrides=overrides))
+    assert "3,600 or more" in of_two
     known = ["target.distance_m={ constant = 0 }", "target.speed_mps={ constant = 20 }"]
     every = [*overrides, *known, "search.sampling=all"]
     assert scenario_remarks(open_scenario("grid5x5", overrides=every)) == []

@@ -1,5 +1,6 @@
 """The rest of a flight: it earns what the whole does, and changes for news alone."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,14 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
-from planner.mission.follow import contact
+from planner.mission.follow import contact, lost
+from planner.mission.joined import Joined
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import problem_of
 from planner.mission.replan import with_news
-from planner.mission.resume import Standing, resumed
+from planner.mission.resume import OfUav, Standing, resumed
+from planner.network.place_words import Where
 from planner.scenario.news import ReportNews
 from planner.search.methods import method_named
 
@@ -153,3 +156,17 @@ def test_contact_is_what_is_left_of_the_time_to_find_it_again(mission: Mission) 
     found = evaluate(mission.plan.tracks, problem.futures, problem.sensor, problem.objective)
     seconds = found.expected_detection_time_s
     assert contact(found, every_s=seconds) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    "standing",
+    [
+        Standing(100.0, uavs={0: OfUav(lost_s=90.0)}),
+        Standing(100.0, uavs={1: OfUav(late_s=1.0)}),
+        Standing(100.0, joined=(Joined(100.0, {}),)),
+    ],
+)
+def test_who_follows_a_target_is_alone_and_flies_on(standing: Standing, tmp_path: Path) -> None:
+    opened = open_scenario("figure3")
+    with pytest.raises(InputError, match="--lost-at: UAV 1 alone follows the target"):
+        lost(tmp_path, opened, Where(0.0, 0.0, "A"), standing)

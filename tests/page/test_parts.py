@@ -24,7 +24,9 @@ from planner.page.document import HERE, TEXT, tight
 from planner.page.earth import Box, earth_content, mgrs_square, utm_zone
 from planner.page.earth import band as band_of
 from planner.page.frame import MOST, NEVER, Frame, packed
+from planner.page.legend import dots
 from planner.page.rows import CLIMBS, COMES_DOWN, HOME, HOVERS, rows_of
+from planner.page.still import still
 from planner.page.targets import MOST_KNOTS, MOST_TARGETS, drawn_knots, picked
 from planner.page.words import Clock, for_posix, for_powershell, odds
 from support.page_runs import called, drives, shown
@@ -275,6 +277,18 @@ def test_a_command_is_numbers_but_for_the_net(berlin: OpenScenario) -> None:
     call = page_content(run, Drawn.of(run))["call"]
     assert shlex.split(call["sh"]) == [NASTY[0]]
     assert call["rest"] == ["--drone-at=52.43046,13.52019", "--battery=25min"]
+
+
+def test_targets_look_alike_in_the_legend_and_the_still_picture() -> None:
+    """Of many targets the looks begin anew, in both at the same one."""
+    many = 6
+    box, xy_m = Box(0.0, 0.0, 100.0, 100.0), np.full((many, 2), 50.0)
+    picture = still(box, roads=[], targets_m=xy_m, target=np.arange(many), tracks=[], label="")
+    there = re.findall(r'class="targets ?(t\d)?"', picture)
+    shapes = dots({number: f"target {number}" for number in range(many)}).split("</svg>")[:-1]
+    listed = [(re.findall(r'class="(t\d)"', shape) or [""])[0] for shape in shapes]
+    assert there == listed == ["", "t1", "t2", "t3", "", "t1"]
+    assert 'class="t1"' in dots({1: "blue"})  # the other one is found
 
 
 # Scripts

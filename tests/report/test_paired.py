@@ -74,6 +74,27 @@ def test_best_is_held_against_the_best_of_the_patterns() -> None:
     assert low < 33.3 < high
 
 
+def test_of_several_targets_a_deadline_counts_them() -> None:
+    def of_two(seen_at: list[float]) -> Evaluation:
+        one, many = evaluation(seen_at), len(seen_at)
+        objective, target = Objective(1e3, 600.0, sought=2), np.arange(many) % 2
+        return Evaluation(one.seen_at, np.full(many, 2 / many), one.end_s, objective, target=target)
+
+    rows = [
+        MethodRow("best", evaluated=of_two([100.0, 200.0, 300.0, 900.0])),
+        MethodRow("hover", evaluated=of_two([100.0, 700.0, 800.0, 900.0])),
+    ]
+    said = against_patterns(rows)
+    assert said is not None
+    assert said.startswith("best: by 0:10:00 it finds 1.00 more of the 2 targets than the best ")
+
+
+def test_too_few_targets_tell_nothing() -> None:
+    lead = ahead(evaluation([100.0]), evaluation([200.0]))
+    assert lead.share == pytest.approx(0.5)
+    assert not lead.is_known
+
+
 def test_with_a_deadline_it_is_points() -> None:
     rows = [
         MethodRow("best", evaluated=evaluation([100.0, 200.0, 300.0, 900.0], by_s=600.0)),

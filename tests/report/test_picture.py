@@ -27,6 +27,7 @@ from planner.report.figure import axes_at, new_figure
 from planner.report.maps import View, draw_order
 from planner.report.picture import moments_s, plan_picture, where_picture
 from planner.search.plan import plan_of_legs, plan_of_wait
+from planner.search.problem import Problem
 from support.drawn_texts import texts
 from support.grid_instance import grid_futures, grid_problem
 
@@ -68,6 +69,28 @@ def test_it_says_what_it_shows(tmp_path: Path) -> None:
     assert any(text.startswith("fresh: ") and f"mean {mean_s:,.0f} s" in text for text in said)
     assert {"east (km)", "time (min)", "horizon: 167 min, farther right"} <= set(said)
     assert sum(text.endswith("% found") for text in said) == 4
+
+
+def test_of_several_targets_it_shows_their_mean(tmp_path: Path) -> None:
+    two = PROBLEM.replace(objective=Objective(PROBLEM.horizon_s, sought=2))
+    of_two = evaluated(LEGS)
+    of_one = texts_of(tmp_path / "one.svg", PROBLEM, of_two)
+    for name, one in of_two.items():
+        seen_at, weight, end_s = (np.tile(x, 2) for x in (one.seen_at, one.weight, one.end_s))
+        target = np.repeat([0, 1], len(one.weight))
+        of_two[name] = Evaluation(seen_at, weight, end_s, two.objective, target=target)
+    twice = two.futures.take(np.tile(np.arange(len(two.futures)), 2))
+    said = texts_of(tmp_path / "two.svg", two.replace(futures=twice), of_two)
+    assert "probability of having found one of the 2 targets, on average" in said
+    for told in (" found", " s"):  # beside each picture, and in the legend
+        assert [text for text in said if text.endswith(told)] == [
+            text for text in of_one if text.endswith(told)
+        ]
+
+
+def texts_of(path: Path, problem: Problem, evaluations: dict[str, Evaluation]) -> list[str]:
+    plan_picture(path, problem, LEGS, evaluations=evaluations)
+    return texts(path)
 
 
 def test_it_shows_the_airspace(tmp_path: Path) -> None:

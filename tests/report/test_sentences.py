@@ -8,7 +8,7 @@ from planner.detection.objective import Objective
 from planner.detection.prospects import Prospects
 from planner.report import sentences as remarks
 from planner.report.tables import MethodRow
-from planner.scenario.sections import TargetSection
+from planner.scenario.target import TargetSection
 
 
 def evaluation(seed: int, low_s: float) -> Evaluation:
@@ -85,6 +85,14 @@ def test_few_particles_in_a_town_are_told() -> None:
     assert said is not None
     assert said.startswith("planned on 400 particles: in towns")
     assert remarks.few_in_town(1000) is None
+    assert "search.particles=2000" in str(remarks.few_in_town(1000, sought=2))
+
+
+def test_of_several_targets_those_found_so_far_are_counted() -> None:
+    seen_at, target = np.array([10.0, 20.0, 30.0, np.inf]), np.array([0, 1, 0, 1])
+    objective = Objective(1000.0, 500.0, sought=2)
+    found = Evaluation(seen_at, np.full(4, 0.5), seen_at, objective, target=target)
+    assert remarks.so_far(found).startswith("1.50 (")
 
 
 def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
@@ -105,7 +113,7 @@ def test_who_flees_is_said_not_to_react() -> None:
     flees = TargetSection.model_validate(
         {"start": "anywhere", "flees": {"for_s": 90, "factor": 1.3}}
     )
-    said = remarks.flees_line(flees)
+    said = remarks.flees_line([flees])
     assert said is not None
     assert "the target does not react to the UAV" in said
-    assert remarks.flees_line(TargetSection(start="anywhere")) is None
+    assert remarks.flees_line([TargetSection(start="anywhere")]) is None

@@ -312,3 +312,21 @@ def test_no_completion_beats_its_bound(detects: float) -> None:
                 seen_later = states.opens[1] > 0 and best_s[leg] < problem.horizon_s
                 reached += seen_later and best_s[leg] < bound_s + 0.5
     assert reached > 5
+
+
+@pytest.mark.parametrize("by_s", [None, 900.0])
+def test_of_several_targets_the_value_is_their_sum(by_s: float | None) -> None:
+    one = figure3_problem(gone=False).replace(objective=Objective(3600.0, by_s))
+    order, value = best_order(one, 2)
+    often = one.futures.take(np.tile(np.arange(len(one.futures)), 2))
+    two = one.replace(
+        futures=often.reweighted(often.weight * 0.75),  # each of them may not be there
+        objective=Objective(3600.0, by_s, sought=2),
+    )
+    same, figure = best_order(two, 2)
+    flown = plan_of_legs(two, "exact", same)
+    found = evaluate(flown.tracks, two.futures, two.sensor, two.objective)
+    assert same == order
+    assert figure == pytest.approx(found.figure)
+    absent = 0.25 * 3600.0 if by_s is None else 0.0
+    assert figure == pytest.approx(2.0 * (0.75 * value + absent))
