@@ -29,7 +29,7 @@ def problem_of_plan(opened: OpenScenario, plan: Plan, futures: Futures) -> Probl
 
 
 def refuse_unprovable(opened: OpenScenario, plan: Plan) -> None:
-    """Do nothing if files can prove a bound for a plan's class: each UAV flies once, from the ground.
+    """Do nothing if files can prove a plan's bound: each UAV flies once, from the ground.
 
     Raises
     ------

@@ -47,7 +47,9 @@ def test_a_run_of_the_rest_names_its_parent_and_is_a_run_like_any(
     assert [one["kind"] for one in heard] == ["nothing", "searched"]
     flown = command("fly", tmp_path / "rest", "--targets", 300, "-j", 1, "--json").json
     assert flown["expected_detection_time_s"] > 650.0
-    assert "certify the run that it was planned anew from" in command("certify", tmp_path / "rest").err
+    assert (
+        "certify the run that it was planned anew from" in command("certify", tmp_path / "rest").err
+    )
     again = replanned(command, tmp_path / "rest", "--at", 700, "-o", tmp_path / "again").json
     assert again["parent"]["run"] == "rest"
 
