@@ -71,6 +71,8 @@ def _about(run: Shown) -> str:
     longest_s = max(uav.max_flight_time_s for uav in uavs)
     if np.isfinite(longest_s):
         said.append(f"flies {longest_s / 60:.3g} min at most")
+    if run.sought > 1:
+        said.append(f"{run.sought} targets, odds of one on average")
     return " · ".join(said)
 
 
