@@ -126,7 +126,8 @@ def _ranges(rows: Sequence[Row], whats: Sequence[str]) -> str:
         if saved:
             least, most = min(one.mean for one in saved), max(one.mean for one in saved)
             said.append(f"{what}: {100 * least:.1f} to {100 * most:.1f} % less")
-    return "; ".join(said)
+    text = "; ".join(said)
+    return text[:1].upper() + text[1:]
 
 
 def _table(rows: Sequence[Row], whats: Sequence[str]) -> str:
