@@ -107,35 +107,43 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     earliest_s = chased_by_any(problem.futures, problem.flying, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
     so_far = _SoFar(effort, objective, value, most)
-    if len(plan.tracks) > 1 or problem.others or problem.uav.sorties != 1:
-        return _of_fleet(own, earned, so_far, most, on_roads=on_roads)
+    of_fleet = len(plan.tracks) > 1 or bool(problem.others) or problem.uav.sorties != 1
+    if not on_roads and of_fleet:  # there is but what none surpasses
+        bound = objective.value(most)
+        return Certificate(value, bound, "free", physics=bound)
     if not on_roads:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
         bound, physics = objective.value(reward), objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(so_far.trace), physics=physics)
-    movements = Movements(own)
+    bounded = _of_fleet if of_fleet else _of_one
+    try:
+        return bounded(own, earned, so_far, most)
+    except NotApplicableError:
+        if own.sensor.is_perfect:
+            raise
+        # Whom a sensor may miss it may see again: its table is several times as large.
+        return bounded(problem, earned, so_far, most)
+
+
+def _of_one(problem: Problem, earned: Floats, so_far: "_SoFar", most: float) -> Certificate:
+    """Return the certificate of the only UAV's plan over roads."""
+    movements = Movements(problem)
     search = _searched(movements, earned, so_far)
-    bound = objective.value(min(search.bound, most))
     return Certificate(
-        value,
-        bound,
+        so_far.value,
+        problem.objective.value(min(search.bound, most)),
         "roads",
         movements.fitting_bin_s,
         search.proof,
         search.better,
         tuple(so_far.trace),
-        rate_per_s=own.sensor.rate_per_s,
+        rate_per_s=problem.sensor.rate_per_s,
     )
 
 
-def _of_fleet(
-    problem: Problem, earned: Floats, so_far: "_SoFar", most: float, *, on_roads: bool
-) -> Certificate:
-    """Return the certificate of a fleet's plan; off the roads there is but what none surpasses."""
+def _of_fleet(problem: Problem, earned: Floats, so_far: "_SoFar", most: float) -> Certificate:
+    """Return the certificate of a fleet's plan over roads."""
     objective, value = problem.objective, so_far.value
-    if not on_roads:
-        bound = objective.value(most)
-        return Certificate(value, bound, "free", physics=bound)
     table = FleetTable.of(problem, fitting_bin_s(problem))
     reward = float(problem.futures.weight @ earned)
     start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)

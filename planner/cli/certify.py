@@ -95,6 +95,9 @@ def run(arguments: argparse.Namespace) -> int:
         stays, kept = write_better(folder, plan_file, problem, certificate, of_sets)
         summary = stays.content()
     lines = _lines(certificate, limit, arguments.sets, problem.objective.by_s)
+    if not problem.sensor.is_perfect and math.isinf(certificate.rate_per_s):
+        closer = "; fewer particles may have a closer one" * (certificate.plan_class == "roads")
+        lines.insert(1, f"this bound is that of a sensor that misses nobody{closer}")
     if kept:
         lines.insert(1, f"the earlier bound is better and stays: gap {percent(summary['gap'])}")
     if limit is not None and opened.scenario.truth == opened.scenario.target:

@@ -14,11 +14,12 @@ from planner.bounds.fleet_prices import FleetTable, fitting_bin_s
 from planner.bounds.flights import Flights
 from planner.bounds.kernels.hops import Bins, blank, listed, sweep
 from planner.bounds.movements import Movements
-from planner.bounds.particle_prices import table_of
+from planner.bounds.particle_prices import Table, table_of
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of
 from planner.detection.survival import Searched, contacts, survival
+from planner.errors import NotApplicableError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
@@ -211,3 +212,24 @@ def test_no_random_fleet_is_worth_more(seed: int) -> None:
         earned = rewards_of(first, tracks)
         for prices in (earned, rng.uniform(0.0, most, len(weight))):
             assert fleet.bound(prices).reward >= weight @ earned - 1e-9 * most
+
+
+def test_where_its_own_table_is_too_large_the_bound_is_that_of_a_perfect_sensor(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def of_a_perfect_one(movements: Movements, bin_s: float) -> Table:
+        if not movements.problem.sensor.is_perfect:
+            raise NotApplicableError("too many sightings")
+        return table_of(movements, bin_s)
+
+    monkeypatch.setattr("planner.bounds.certificate.table_of", of_a_perfect_one)
+    problem = on_figure3(0.7)
+    plans = [plan_of_legs(problem, "", order) for order in orders(problem, [])]
+    perfect = problem.sensor.without_misses
+    least_s, best = min(
+        (evaluate(one.tracks, problem.futures, perfect, problem.objective).figure, k)
+        for k, one in enumerate(plans)
+    )
+    certificate = certified(problem, plans[best], Effort())
+    assert np.isinf(certificate.rate_per_s)
+    assert 0.8 * least_s <= certificate.bound <= least_s + 1e-6 < certificate.value
