@@ -12,7 +12,7 @@ from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.mission.opening import OpenScenario
 from planner.mission.trial import Attempt, attempted
-from planner.report import sentences, tables
+from planner.report import flight_tables, sentences
 from planner.report.formats import FittingTable
 from planner.search.methods import method_named
 
@@ -64,6 +64,6 @@ def flight_table(plan: Plan, opened: OpenScenario) -> FittingTable:
     """Return the roads of a plan, or its waypoints where it leaves them."""
     until_s = opened.scenario.search.horizon_s
     if plan.follows_roads:
-        return tables.legs_table(plan, opened.network, until_s)
+        return flight_tables.legs_table(plan, opened.network, until_s)
     radius_m = None if opened.network.is_abstract else opened.scenario.sensor.radius_m
-    return tables.waypoints_table(plan, opened.network, until_s, radius_m=radius_m)
+    return flight_tables.waypoints_table(plan, opened.network, until_s, radius_m=radius_m)

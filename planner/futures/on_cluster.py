@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 from planner.errors import InputError, LostError
 from planner.futures.cluster import Cluster
-from planner.futures.store import PACKAGE, made_by
+from planner.futures.recording_name import PACKAGE, made_by
 from planner.futures.workers import cores, dismiss_idle, in_parts
 from planner.network.sumo import sumo_version
 

@@ -1,13 +1,12 @@
 """Futures on disk: ``futures.parquet``, two tables beside it, and the cache of all three."""
 
-import hashlib
 import json
 import logging
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cache, partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,6 @@ from planner.futures.cutting import (
     begun_by_sibling,
     cut_from_sibling,
     may_be_cut,
-    sized_name,
 )
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
@@ -34,6 +32,7 @@ from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import SearchTime, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.pooled import pooled
 from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
+from planner.futures.recording_name import recording_name
 from planner.futures.speed_units import in_mps
 from planner.futures.tables import NamedFutures, futures_of_table
 from planner.futures.truncate import begun_at
@@ -42,7 +41,7 @@ from planner.locks import held
 from planner.network.road_network import RoadNetwork
 from planner.network.sumo import sumo_version
 from planner.parquet import dictionary, read_table, write_table
-from planner.provenance import sha256_of_file, sha256_of_json, version_of
+from planner.provenance import sha256_of_file, sha256_of_json
 
 log = logging.getLogger(__name__)
 
@@ -50,9 +49,6 @@ SCHEMA = "planner.futures/2"
 UNITS = "time in s on the target's clock, x (east) and y (north) in m of the SUMO net"
 KNOTS, EDGES, PARTICLES = "futures.parquet", "edges.parquet", "particles.parquet"
 FILES = (KNOTS, EDGES, PARTICLES)
-PACKAGE = Path(__file__).parents[1]
-MADE_BY = ("network", "belief", "futures")  # stages whose code decides what is in a recording
-DRAWN_WITH = ("numpy", "scipy")  # random numbers and quantiles are theirs
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +106,7 @@ def recorded(
         note is called if the cache has all.
     """
     described = describe(network, scenario, tolerance_of(network, how.tolerance_m))
-    folder = cache_folder("futures") / _name(recipe, network, described)
+    folder = cache_folder("futures") / recording_name(recipe, network, described)
     unfinished = cache_folder("unfinished") / folder.name
     there = _there(folder, network)
     if there is not None and not unfinished.exists():
@@ -173,60 +169,6 @@ def describe(
         "scenario": json.dumps(scenario, sort_keys=True),
         **network.credit,
     }
-
-
-def _name(recipe: Recipe, network: RoadNetwork, described: Mapping[str, str]) -> str:
-    """Return the name of a recording's folder."""
-    key = _key(recipe, described)
-    if not may_be_cut(recipe, network):
-        return key
-    others = {name: text for name, text in described.items() if name != "scenario"}
-    family = _key(replace(recipe, count=0, horizon_s=0.0), others)
-    return sized_name(family[:16], recipe, key)
-
-
-def _key(recipe: Recipe, described: Mapping[str, str]) -> str:
-    """Return the name of a recording: a digest of everything that decides its content."""
-    digest = hashlib.sha256(repr((sorted(described.items()), made_by(PACKAGE))).encode())
-    for part in _parts(recipe):
-        digest.update(part)
-    return digest.hexdigest()[:32]
-
-
-@cache
-def made_by(package: Path) -> tuple[str, ...]:
-    """Return what identifies the program that draws and records: its source and its libraries."""
-    folders = [sorted((package / name).rglob("*.py")) for name in MADE_BY]
-    loose = (package / name for name in ("arrays.py", "streams.py"))
-    sources = [*(file for files in folders for file in files), *loose]
-    digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources))
-    return digest.hexdigest(), *(f"{name} {version_of(name)}" for name in DRAWN_WITH)
-
-
-def _parts(value: Any) -> Iterator[bytes]:
-    """Yield bytes that differ wherever two recipes do, field by field.
-
-    Raises
-    ------
-    TypeError
-        If a field holds anything else: two such recipes could not be distinguished.
-    """
-    if isinstance(value, np.ndarray):
-        yield repr((value.dtype.str, value.shape)).encode()
-        yield value.tobytes()
-    elif is_dataclass(value):
-        yield type(value).__qualname__.encode()
-        for field in fields(value):
-            yield field.name.encode()
-            yield from _parts(getattr(value, field.name))
-    elif isinstance(value, tuple | list):
-        yield f"{len(value)} items".encode()
-        for item in value:
-            yield from _parts(item)
-    elif value is None or isinstance(value, str | int | float | np.generic):
-        yield repr(value).encode()
-    else:
-        raise TypeError(f"{value!r} has no place in a recipe")
 
 
 def write_recording(

@@ -18,9 +18,10 @@ from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn, Given, OneTarget, Recipe
 from planner.belief.stretches import Stretches
 from planner.errors import InputError
-from planner.futures import store
+from planner.futures import recording_name, store
 from planner.futures.record import How, record
-from planner.futures.store import describe, made_by, read_recording, recorded, write_recording
+from planner.futures.recording_name import made_by
+from planner.futures.store import describe, read_recording, recorded, write_recording
 from planner.network.road_network import RoadNetwork
 from support.instances import edge_of_knots, figure3, physics_futures
 from support.sumo_instances import grid5x5, walkers
@@ -210,7 +211,7 @@ SPEEDS = [
 
 
 def key_of(recipe: Recipe, **described: str) -> str:
-    return store._key(recipe, {"net_sha256": "a", **described})
+    return recording_name.recording_key(recipe, {"net_sha256": "a", **described})
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Drawn)])
@@ -270,7 +271,7 @@ def test_the_net_and_the_program_are_in_the_key(
     assert key_of(drawn(), sumo_version="2.0") != key_of(drawn())
     described = describe(figure3(), {"seed": 1}, 1.0)
     assert {"net_sha256", "sumo_version", "scenario", "tolerance_m"} <= set(described)
-    known = {made_by(store.PACKAGE)}
+    known = {made_by(recording_name.PACKAGE)}
     for file in (
         "arrays.py",
         "belief/sampling.py",
@@ -279,20 +280,20 @@ def test_the_net_and_the_program_are_in_the_key(
         "streams.py",
     ):
         copy = tmp_path / file.replace("/", "-")
-        shutil.copytree(store.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(recording_name.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
         assert made_by(copy) in known  # wherever it lies
         other = tmp_path / f"{copy.name}-changed"
         copy.rename(other)
         (other / file).write_text((other / file).read_text() + "#")
         assert made_by(other) not in known
         known.add(made_by(other))
-    assert {name for name, _ in (one.split() for one in made_by(store.PACKAGE)[1:])} == {
+    assert {name for name, _ in (one.split() for one in made_by(recording_name.PACKAGE)[1:])} == {
         "numpy",
         "scipy",
     }
     before = key_of(drawn())
     made_by.cache_clear()
-    monkeypatch.setattr(store, "version_of", lambda name: f"{name}-99")
+    monkeypatch.setattr(recording_name, "version_of", lambda name: f"{name}-99")
     assert key_of(drawn()) != before
     made_by.cache_clear()
 

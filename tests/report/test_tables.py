@@ -21,15 +21,14 @@ from planner.flight.uav import Uav
 from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
 from planner.network.georeference import coordinates
 from planner.report.finds import targets_table
+from planner.report.flight_tables import legs_table, waypoints_table
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
     MethodRow,
     compare_table,
     flights_table,
-    legs_table,
     plan_table,
-    waypoints_table,
 )
 from planner.report.where import where_content, where_table
 from planner.search.plan import plan_of_legs
