@@ -107,7 +107,7 @@ def _table(found: "Validation") -> Any:
 
     table = titled_table("")
     table.add_column("measure")
-    for name in ("at", "truths within\nmiddle 90%", "less 90%", "their mean\nto particles'"):
+    for name in ("at", "truths within\nmiddle 90 %", "less 90 %", "their mean\nto particles'"):
         table.add_column(name, justify="right")
     for check in found.checks:
         flagged = " !" if check.is_off else ""

@@ -11,6 +11,7 @@ from planner.detection.prospects import left_unseen
 from planner.flight.pieces import flight_span
 from planner.flight.plan import Plan
 from planner.messages import percent
+from planner.report.figure import in_percent
 from planner.report.formats import time_unit
 from planner.report.maps import TARGET_COLOUR, UAV_COLOUR, time_colours
 from planner.search.problem import Problem
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_OF_ALL = 0.995  # of the sightings, after which a curve is taken to have ended
-LEAST_LEFT = 0.005  # of the probability; less would be written 0%
+LEAST_LEFT = 0.005  # of the probability; less would be written 0 %
 ROOM = 1.15  # of that time
 LINES: tuple[dict[str, Any], ...] = (
     {"color": UAV_COLOUR, "linestyle": (0, (4, 1.5)), "linewidth": 1.6},
@@ -57,7 +58,7 @@ def draw_curves(
     until_s
         Where the axis of times ends.
     """
-    from matplotlib.ticker import MaxNLocator, PercentFormatter
+    from matplotlib.ticker import MaxNLocator
 
     unit, unit_s = time_unit(until_s)
     start_s = min(0.0, problem.flying[0].take_off_s)
@@ -81,7 +82,7 @@ def draw_curves(
         ylim=(-0.06, 1.03),
         xlabel=f"time ({unit})",
     )
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    in_percent(axes.yaxis)
     sought = problem.objective.sought
     whom = "the target" if sought == 1 else f"one of the {sought} targets, on average"
     axes.set_title(f"probability of having found {whom}", loc="left")

@@ -15,6 +15,7 @@ from planner.report.fonts import font_families
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 STYLE = {
@@ -109,3 +110,10 @@ def axes_at(figure: "Figure", left: float, bottom: float, width: float, height: 
     """Return axes placed in inches: quicker to draw, and steadier, than a layout that is sought."""
     across, up = figure.get_size_inches().tolist()
     return figure.add_axes((left / across, bottom / up, width / across, height / up))
+
+
+def in_percent(axis: "Axis") -> None:
+    """Write the shares along an axis as `percent` does, with as many decimals as they need."""
+    from matplotlib.ticker import PercentFormatter
+
+    axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))

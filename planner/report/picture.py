@@ -20,7 +20,7 @@ from planner.messages import percent
 from planner.network.road_network import RoadNetwork
 from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
-from planner.report.figure import axes_at, new_figure
+from planner.report.figure import axes_at, in_percent, new_figure
 from planner.report.formats import length
 from planner.report.maps import (
     FOUND_COLOUR,
@@ -152,7 +152,6 @@ def _colour_roads(
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
-    from matplotlib.ticker import PercentFormatter
 
     shades = ListedColormap(colormaps["Blues"](np.linspace(0.25, 0.9, 256)))
     scale = Normalize(0.0, max(float(probability.max(initial=0.0)), 1e-9))
@@ -162,7 +161,7 @@ def _colour_roads(
     lines.set(colors=shades(scale(probability)), linewidths=np.where(some, 6.0, 0.0))
     axes.figure.colorbar(ScalarMappable(scale, shades), cax=key)
     key.set_ylabel("probability that the target is on the road")
-    key.yaxis.set_major_formatter(PercentFormatter(1.0))
+    in_percent(key.yaxis)
 
 
 def _draw_town(axes: "Axes", problem: Problem, plan: Plan, seen_at: Floats, until_s: float) -> View:

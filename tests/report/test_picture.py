@@ -1,5 +1,6 @@
 """Pictures repeat byte for byte, need no screen, and show what they should."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ from planner.flight.airspace import Airspace
 from planner.flight.pieces import Piece, pieces
 from planner.flight.plan import Plan
 from planner.futures.state_at import state_at
+from planner.messages import percent
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.network.road_network import RoadNetwork
 from planner.report.airspace_map import COLOUR
@@ -69,6 +71,8 @@ def test_it_says_what_it_shows(tmp_path: Path) -> None:
     assert any(text.startswith("fresh: ") and f"mean {mean_s:,.0f} s" in text for text in said)
     assert {"east (km)", "time (min)", "horizon: 167 min, farther right"} <= set(said)
     assert sum(text.endswith("% found") for text in said) == 4
+    assert {percent(0.0, 0), percent(1.0, 0)} <= set(said)  # along the axis as everywhere
+    assert not any(re.search(r"\d%", text) for text in said)
 
 
 def test_of_several_targets_it_shows_their_mean(tmp_path: Path) -> None:
