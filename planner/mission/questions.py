@@ -6,6 +6,7 @@ whoever could be rung up.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +53,7 @@ class About(NamedTuple):
 
 def of_a_call(about: About) -> list[Question]:
     """Return what somebody who rings can still say, each with the option that takes it."""
-    return [
+    asked = (
         replace(ask(about), option=option)
         for ask, option in (
             (heading, "--heading"),
@@ -60,12 +61,20 @@ def of_a_call(about: About) -> list[Question]:
             (start_side, "--last-seen"),
             (stands, "--target"),
         )
-    ]
+    )
+    return [one for one in asked if _parts(one, about.believed)]
 
 
 def of_a_flight(about: About) -> list[Question]:
     """Return what may be asked while a flight goes on."""
-    return [side(about), first_road(about), speed(about), *cameras(about)]
+    asked = (side(about), first_road(about), speed(about))
+    return [*(one for one in asked if _parts(one, about.believed)), *cameras(about)]
+
+
+def _parts(question: Question, believed: Futures) -> bool:
+    """Return whether targets differ in their answer: what all answer alike is not asked."""
+    given = question.of(believed)[believed.weight > 0.0]
+    return len(np.unique(given[given != NONE])) > 1
 
 
 # How it began
@@ -85,15 +94,17 @@ def speed(about: About) -> Question:
     """Return the question how fast a target drove at first, of those that did."""
     began = _Began.of(about.believed)
     driven = began.speed_kmh[began.moves]
-    ends = np.quantile(driven, [1 / 3, 2 / 3]) if len(driven) else np.zeros(2)
-    slow, fast = (int(ROUND_KMH * round(end / ROUND_KMH)) for end in ends)
+    thirds = np.quantile(driven, [1 / 3, 2 / 3]) if len(driven) else np.zeros(2)
+    # Two thirds that are rounded to the same speed part targets once, not twice.
+    limits = sorted({ROUND_KMH * max(1, round(third / ROUND_KMH)) for third in thirds.tolist()})
 
     def of(futures: Futures) -> Ints:
         began = _Began.of(futures)
-        third = np.searchsorted([slow, fast], began.speed_kmh, side="right")
-        return np.where(began.moves, third, NONE)
+        part = np.searchsorted(limits, began.speed_kmh, side="right")
+        return np.where(began.moves, part, NONE)
 
-    names = (f"under {slow} km/h", f"{slow} to {fast} km/h", f"over {fast} km/h")
+    between = (f"{slow} to {fast} km/h" for slow, fast in pairwise(limits))
+    names = (f"under {limits[0]} km/h", *between, f"over {limits[-1]} km/h")
     return Question("how fast it drove", names, of)
 
 

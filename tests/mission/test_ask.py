@@ -10,6 +10,7 @@ from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.resume import Standing
 from planner.search.methods import method_named
+from support.instances import figure3, physics_futures
 
 SMALL = ("search.particles=256", "search.work=2000", "search.sampling=sobol", "search.targets=400")
 
@@ -71,3 +72,30 @@ def test_answers_are_told_apart_by_what_targets_do(mission: Mission) -> None:
     assert 0.2 < float(futures.weight @ east.of(futures)) < 0.8
     assert "yes" in {a for one in questions.of_a_flight(about) for a in one.answers}
     assert all(one.option.startswith("--") for one in questions.of_a_call(about))
+
+
+@pytest.mark.parametrize(
+    ("speeds_kmh", "answers"),
+    [
+        ((20, 36, 60), ("under 30 km/h", "30 to 45 km/h", "over 45 km/h")),
+        ((48, 50, 52, 52), ("under 50 km/h", "over 50 km/h")),
+        ((1, 2, 9, 1), ("under 5 km/h", "over 5 km/h")),
+        ((50.5, 51), None),  # all answer alike
+        ((1,), None),
+    ],
+)
+def test_no_two_limits_of_speeds_are_the_same(
+    speeds_kmh: tuple[float, ...], answers: tuple[str, ...] | None
+) -> None:
+    network = figure3()
+    speed_mps = np.array(speeds_kmh) / 3.6
+    driven = physics_futures(network, [["AB"]] * len(speed_mps), 0.0, speed_mps)
+    about = questions.About(driven, network, 60.0)
+    for asked in (questions.of_a_call(about), questions.of_a_flight(about)):
+        told = {one.asked: one for one in asked}
+        assert (answers is None) == ("how fast it drove" not in told)
+        if answers is not None:
+            one = told["how fast it drove"]
+            assert one.answers == answers
+            assert len(set(one.of(driven).tolist())) > 1
+    assert "which way it went" not in {one.asked for one in questions.of_a_call(about)}
