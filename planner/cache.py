@@ -8,6 +8,7 @@ never what a command that still runs may have in use.
 import atexit
 import hashlib
 import logging
+import math
 import os
 import shutil
 import stat
@@ -27,6 +28,8 @@ PARTS = ("nets", "futures", "unfinished", "compiled")
 DIGESTS, RUNNING = "digests", "running"
 LARGEST_GB = 5.0
 FRESH_S = 60.0  # an entry's last use is noted no more often
+
+_taken: dict[Path, float] = {}  # bytes of a cache when we last looked, and what we added since
 
 
 def cache_folder(*parts: str) -> Path:
@@ -102,11 +105,19 @@ def _digest(entry: Path) -> str:
 
 def size(path: Path) -> int:
     """Return how many bytes a file or a folder takes."""
-    if not path.is_dir():
-        with suppress(OSError):
-            return path.lstat().st_size
-        return 0
-    return sum(size(inner) for inner in path.iterdir())
+    with suppress(OSError):
+        return _size_within(path) if path.is_dir() else path.lstat().st_size
+    return 0
+
+
+def _size_within(folder: str | Path) -> int:
+    total = 0
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            with suppress(OSError):  # another command may have removed it meanwhile
+                inside = entry.is_dir()
+                total += _size_within(entry.path) if inside else entry.stat().st_size
+    return total
 
 
 def sizes() -> dict[str, int]:
@@ -124,16 +135,23 @@ def clear() -> int:
 
 
 def _make_room(newest: Path) -> None:
-    most = limit_bytes()
-    total = sum(sizes().values())
-    if total <= most:
-        return
+    most, root = limit_bytes(), cache_folder()
+    # To look at all that is there takes long in a cache of many files.
+    total = _taken.get(root, math.inf) + size(newest)
+    if total > most:
+        total = _with_room(newest, sum(sizes().values()), most)
+    _taken[root] = total
+
+
+def _with_room(newest: Path, total: float, most: float) -> float:
+    """Remove what was used least recently until the rest takes no more; return what that takes."""
     for _, entry in _unused():
         if total <= most:
-            return
+            break
         if entry != newest:
             total -= size(entry)
             _drop(entry)
+    return total
 
 
 def limit_bytes() -> float:

@@ -42,7 +42,7 @@ def dictionary(index: Ints, values: list[str], *, missing: int) -> Any:
     codes = np.where(index == missing, 0, index).astype(np.int32)
     buffers = [pyarrow.py_buffer(present), pyarrow.py_buffer(codes)]
     indices = pyarrow.Array.from_buffers(pyarrow.int32(), len(codes), buffers)
-    return pyarrow.DictionaryArray.from_arrays(indices, pyarrow.array(values))
+    return pyarrow.DictionaryArray.from_arrays(indices, _texts(values))
 
 
 def nullable(values: Sequence[Any], kind: Literal["float64", "int64", "string"]) -> Any:
@@ -63,10 +63,20 @@ def _array(column: Any) -> Any:
     import pyarrow
 
     if not isinstance(column, np.ndarray):
-        return column if isinstance(column, pyarrow.Array) else pyarrow.array(column)
+        return column if isinstance(column, pyarrow.Array) else _texts(column)
     kind = getattr(pyarrow, column.dtype.name)()
     data = pyarrow.py_buffer(np.ascontiguousarray(column))
     return pyarrow.Array.from_buffers(kind, len(column), [None, data])
+
+
+def _texts(values: Sequence[str]) -> Any:
+    """Return texts as a pyarrow array."""
+    import pyarrow
+
+    encoded = [value.encode() for value in values]
+    ends = np.cumsum([0, *map(len, encoded)]).astype(np.int32)
+    buffers = [None, pyarrow.py_buffer(ends), pyarrow.py_buffer(b"".join(encoded))]
+    return pyarrow.Array.from_buffers(pyarrow.string(), len(encoded), buffers)
 
 
 class Coded(NamedTuple):

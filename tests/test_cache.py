@@ -102,6 +102,25 @@ def test_the_least_recently_used_goes_first(own: Path, monkeypatch: pytest.Monke
     assert 2.4e6 < sum(sizes().values()) < 3e6
 
 
+def test_all_of_a_cache_is_looked_at_once_until_it_is_full(
+    own: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[dict[str, int]] = []
+
+    def look() -> dict[str, int]:
+        looks.append(sizes())
+        return looks[-1]
+
+    monkeypatch.setattr(cache, "sizes", look)
+    for number in range(3):
+        entry(f"{number}", 1.0, 1000.0)
+    assert len(looks) == 1
+    monkeypatch.setenv("PLANNER_CACHE_GB", "0.003")
+    entry("4", 1.0, 0.0)
+    assert len(looks) == 2
+    assert sum(sizes().values()) < 3.1e6
+
+
 def test_nothing_goes_that_a_running_command_may_use(own: Path) -> None:
     path = entry("held", 1.0, 0.0)
     running = cache_folder(cache.RUNNING, "other")
