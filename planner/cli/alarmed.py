@@ -18,20 +18,20 @@ from planner.errors import InputError
 from planner.futures.crowd import crowds
 from planner.messages import percent
 from planner.mission.alarms import (
+    ALARMS,
     Alarms,
     Compared,
     NextAlarm,
     by_chance,
     by_lookalikes,
     compared,
-    refuse_fleet,
 )
 from planner.mission.live import BEST
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.recorder import Recorder
 from planner.mission.run_folder import open_run, refuse_no_run
-from planner.mission.several import refuse_several
+from planner.mission.several import refuse_fleet, refuse_several
 from planner.report.finds import span_of
 from planner.streams import stream
 
@@ -54,7 +54,7 @@ def fly_alarmed(arguments: argparse.Namespace) -> int:
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
     refuse_several(opened, "fly --alarms")
-    refuse_fleet(opened)
+    refuse_fleet(opened, ALARMS)
     seed = opened.scenario.search.seed if arguments.seed is None else arguments.seed
     among = _by_chance if arguments.alarms else _among_cars
     series = among(arguments, opened, seed)

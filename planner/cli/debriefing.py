@@ -23,7 +23,7 @@ from planner.mission.run_folder import (
     own_futures,
     refuse_no_run,
 )
-from planner.mission.several import refuse_several
+from planner.mission.several import refuse_fleet, refuse_several
 from planner.report import debrief as told
 from planner.report import run_files, where
 from planner.scenario.aircraft_file import with_aircraft
@@ -40,6 +40,7 @@ def debriefed(arguments: argparse.Namespace) -> int:
         folder = output_folder(stack, arguments, FILES)
         opened, stored = open_run(arguments.directory, permit_of(arguments))
         refuse_several(opened, "fly --track")
+        refuse_fleet(opened, "--track: is what one UAV recorded")
         flight = _flight(arguments, opened, stored)
         at_s = _at_s(arguments, flight, stored)
         targets = _fresh(arguments, opened, stored)

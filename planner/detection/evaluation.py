@@ -3,6 +3,7 @@
 They come from seen times, or, where a sensor may miss, from how probably each target is unseen.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -179,7 +180,7 @@ class Evaluation(Frozen):
             return interval_of_sum(self.expected_detection_time_s, parts)
         if self.weight.sum() <= 0.0:
             return (self.objective.sought * self.objective.horizon_s,) * 2
-        half_s = self._half_width(self.time_s)
+        half_s = self.half_width(self.time_s)
         if np.isinf(half_s):
             return 0.0, self.objective.sought * self.objective.horizon_s
         middle_s = self.expected_detection_time_s
@@ -218,10 +219,18 @@ class Evaluation(Frozen):
         low, high = share_interval(min(1.0, probability / present), draws)
         return low * present, high * present
 
-    def _half_width(self, values: Floats) -> float:
+    def half_width(self, values: Floats) -> float:
+        """Return half the width of the 95 % interval of a sum of any values, (N,), by weight.
+
+        Targets sought are drawn each for itself, so that squares of their widths add up. Of targets
+        in traffic only those of different runs are independent.
+        """
+        return math.hypot(*(self._half_width_of(values, rows) for rows in self.rows_of_each))
+
+    def _half_width_of(self, values: Floats, rows: Flags) -> float:
         if self.run is None:
-            return half_width(values, self.weight)
-        return half_width_of_runs(values, self.weight, self.run)
+            return half_width(values[rows], self.weight[rows])
+        return half_width_of_runs(values[rows], self.weight[rows], self.run[rows])
 
     def _worth_of_draw(self) -> float:
         """Return what a target counts for that meets others of its run, at most 1.
@@ -229,7 +238,7 @@ class Evaluation(Frozen):
         By the detection times, whose interval says how much targets of a run have in common; a
         share near 0 or 1 says nothing of that by itself.
         """
-        together, alone = self._half_width(self.time_s), half_width(self.time_s, self.weight)
+        together, alone = self.half_width(self.time_s), half_width(self.time_s, self.weight)
         if not np.isfinite(together):
             return 0.0
         return min(1.0, (alone / together) ** 2) if together > 0.0 else 1.0

@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 from planner.detection.evaluation import Evaluation
-from planner.intervals import half_width
 
 
 class Ahead(NamedTuple):
@@ -28,7 +27,8 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
     With the least expected time as objective that is 1 - E[one] / E[other], whose interval is that
     of the ratio of two means, linearised about it; with a deadline it is the difference of the
     probabilities. Each target's two times belong together, so that what makes it hard for both
-    does not widen the interval. Fewer than two draws tell nothing.
+    does not widen the interval. Fewer than two draws tell nothing; of targets in traffic only
+    those of different runs of it are independent.
     """
     by_s, other_s = one.objective.by_s, other.expected_detection_time_s
     if one.weight.sum() <= 0.0 or other_s <= 0.0:
@@ -39,6 +39,5 @@ def ahead(one: Evaluation, other: Evaluation) -> Ahead:
     else:
         share = one.found_by_probability(by_s) - other.found_by_probability(by_s)
         apart = one.reward - other.reward
-    # Targets are drawn each for itself, so that squares of their widths add up.
-    half = math.hypot(*(half_width(apart[rows], one.weight[rows]) for rows in one.rows_of_each))
+    half = one.half_width(apart)
     return Ahead(share, share - half, share + half)

@@ -23,11 +23,12 @@ from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
-from planner.mission.opening import OpenScenario
 from planner.mission.planning import problem_of
 from planner.mission.resume import Standing
+from planner.mission.several import refuse_fleet
 from planner.progress import Progress, silent
 
+ALARMS = "--alarms: are those of one UAV"
 SETTLED = 0.01  # of the targets that can be found: with no more left it is not planned anew
 
 
@@ -54,18 +55,6 @@ class NextAlarm(Protocol):
 
     def __call__(self, rest: Track, now_s: float) -> float:
         """Return its time, given what is still to be flown; infinity: there is none."""
-
-
-def refuse_fleet(opened: OpenScenario) -> None:
-    """Do nothing if a scenario has one UAV.
-
-    Raises
-    ------
-    InputError
-        If it has several: whose alarms are meant, nobody says.
-    """
-    if len(opened.scenario.uavs) > 1:
-        raise InputError("--alarms: are those of one UAV, and the plan is for several")
 
 
 def by_chance(gaps_s: Sequence[float]) -> NextAlarm:
@@ -163,7 +152,7 @@ def compared(
     sequences
         What makes the alarms of a flight, twice the same.
     """
-    refuse_fleet(mission.opened)
+    refuse_fleet(mission.opened, ALARMS)
     late, anew = list[Evaluation](), list[Evaluation]()
     for done, alarms in enumerate(sequences):
         on_progress(done, len(sequences))

@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.arrays import Floats
 from planner.detection.chase import chased_by_any
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
-from planner.intervals import half_width
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import budget_of, holdout_for, problem_of
@@ -97,8 +95,8 @@ def most_s(going_on: Resumed, targets: Futures) -> float:
     problem = problem_of(going_on.opened, NO_TARGETS)
     chased_s = chased_by_any(targets, problem.flying, problem.sensor)
     best = Evaluation(chased_s, targets.weight, targets.end_s, problem.objective)
-    flown = _times(going_on.opened, going_on.incumbent.tracks, targets)
-    return float(targets.weight @ flown) - float(targets.weight @ best.time_s)
+    flown = _evaluated(going_on.opened, going_on.incumbent.tracks, targets)
+    return float(targets.weight @ flown.time_s) - float(targets.weight @ best.time_s)
 
 
 def _worth(
@@ -109,16 +107,16 @@ def _worth(
     targets: Futures,
 ) -> Worth:
     true_answer = question.of(targets)
-    before_s = _times(going_on.opened, going_on.incumbent.tracks, targets)
+    before = _evaluated(going_on.opened, going_on.incumbent.tracks, targets)
     saved_s, likely = np.zeros(len(targets)), []
     for answer in range(len(question.answers)):
         rows = true_answer == answer
         likely.append(float(targets.weight[rows].sum()) / float(targets.weight.sum()))
         if likely[-1] > RARE:
             tracks = _planned(recorder, going_on, method, question, answer)
-            after_s = _times(going_on.opened, tracks, targets)
-            saved_s[rows] = (before_s - after_s)[rows]
-    mean_s, half_s = float(targets.weight @ saved_s), half_width(saved_s, targets.weight)
+            after = _evaluated(going_on.opened, tracks, targets)
+            saved_s[rows] = (before.time_s - after.time_s)[rows]
+    mean_s, half_s = float(targets.weight @ saved_s), before.half_width(saved_s)
     return Worth(question, mean_s, mean_s - half_s, mean_s + half_s, tuple(likely))
 
 
@@ -140,9 +138,9 @@ def _planned(
     return found.attempt.plan.tracks
 
 
-def _times(opened: OpenScenario, tracks: Sequence[Track], targets: Futures) -> Floats:
+def _evaluated(opened: OpenScenario, tracks: Sequence[Track], targets: Futures) -> Evaluation:
     problem = problem_of(opened, NO_TARGETS)
-    return evaluate(tracks, targets, problem.sensor, problem.objective).time_s
+    return evaluate(tracks, targets, problem.sensor, problem.objective)
 
 
 def fresh_now(mission: Mission, going_on: Resumed, targets: int | None = None) -> Futures:

@@ -51,15 +51,18 @@ def debrief(flight: Flown, stored: StoredPlan, targets: Futures) -> Debrief:
 
 
 def reading_of(opened: OpenScenario, stored: StoredPlan, wanted: Wanted) -> Reading:
-    """Return how to understand a recording of a run's flight, by its scenario and its plan."""
+    """Return how to understand a recording of a run's flight, by its scenario and its plan.
+
+    Where a fleet flies, and nothing is said of the aircraft, it is taken for the first UAV's.
+    """
     uav = opened.scenario.uav if wanted.uav is None else wanted.uav
     aircraft, from_m = aircraft_of(uav), wanted.sensor_from_m
     tracks = [np.stack([one.x_m, one.y_m], axis=1) for one in stored.plan.tracks]
     return Reading(
-        around_m=np.concatenate([opened.network.shape_xy_m, [opened.uav_xy_m], *tracks]),
+        around_m=np.concatenate([opened.network.shape_xy_m, opened.starts_m, *tracks]),
         horizon_s=stored.objective.horizon_s,
         law=FlightLaw(uav.speed_mps) if aircraft is None else aircraft.law,
-        lands=opened.return_to_m is not None,
+        lands=opened.landings_m[0] is not None,
         sensor_from_m=AT_HEIGHT * uav.altitude_m if from_m is None else from_m,
         break_s=wanted.break_s,
         take_off_s=wanted.take_off_s,

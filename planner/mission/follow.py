@@ -19,7 +19,7 @@ from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problem_of
 from planner.mission.resume import OfUav, Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
-from planner.mission.several import refuse_several
+from planner.mission.several import refuse_fleet, refuse_several
 from planner.network.place_words import Where
 from planner.scenario.toml_text import toml_text
 from planner.search.plan import plan_of_wait
@@ -70,8 +70,7 @@ def lost(
 def _said_of_only(opened: OpenScenario, standing: Standing) -> OfUav:
     """Return what is said of the only UAV, which follows the target."""
     refuse_several(opened, "--lost-at")
-    if len(opened.scenario.uavs) > 1:
-        raise InputError("--lost-at: one UAV follows a target, and the plan is for several")
+    refuse_fleet(opened, "--lost-at: one UAV follows a target")
     said = standing.uavs.get(0, standing.of_only)
     if standing.joined or {*standing.uavs} - {0} or said.lost_s is not None:
         raise InputError(

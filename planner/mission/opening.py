@@ -79,16 +79,6 @@ class OpenScenario:
         """Where each UAV has to land, metres east and north; None: anywhere."""
         return tuple(return_xy(uav, self.network) for uav in self.scenario.uavs)
 
-    @property
-    def uav_xy_m(self) -> Point:
-        """Where the first UAV takes off, metres east and north."""
-        return self.starts_m[0]
-
-    @property
-    def return_to_m(self) -> Point | None:
-        """Where the first UAV has to land, metres east and north; None: anywhere."""
-        return self.landings_m[0]
-
 
 def open_scenario(
     place: str | Path,

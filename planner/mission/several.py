@@ -1,4 +1,4 @@
-"""What takes one target only."""
+"""What takes one target only, or one UAV."""
 
 from planner.errors import InputError
 from planner.mission.opening import OpenScenario
@@ -23,3 +23,20 @@ def refuse_several(opened: OpenScenario, what: str) -> None:
             f"{what}: takes one target so far, and {opened.scenario.name} has {many}; give each a "
             "scenario of its own, with [target]"
         )
+
+
+def refuse_fleet(opened: OpenScenario, what: str) -> None:
+    """Do nothing if a scenario has one UAV.
+
+    Parameters
+    ----------
+    what
+        What takes no more, as people know it, and why.
+
+    Raises
+    ------
+    InputError
+        If it has several.
+    """
+    if len(opened.scenario.uavs) > 1:
+        raise InputError(f"{what}, and the plan is for several")

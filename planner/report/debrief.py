@@ -10,7 +10,6 @@ from planner.arrays import Floats
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.export.about import BY_S
-from planner.intervals import half_width
 from planner.messages import counted, percent
 from planner.mission.debrief import Debrief
 from planner.mission.plan_file import figures
@@ -26,11 +25,11 @@ class Apart(NamedTuple):
     high: float
 
     @classmethod
-    def of(cls, one: Floats, other: Floats, weight: Floats) -> "Apart":
-        """Return it from what two flights make of each target, (N,), paired."""
-        if weight.sum() <= 0.0:
+    def of(cls, flown: Evaluation, one: Floats, other: Floats) -> "Apart":
+        """Return it from what two flights make of each target of an evaluation, (N,), paired."""
+        if flown.weight.sum() <= 0.0:
             return cls(0.0, 0.0, 0.0)
-        mean, half = float(weight @ (one - other)), half_width(one - other, weight)
+        mean, half = float(flown.weight @ (one - other)), flown.half_width(one - other)
         return cls(mean, mean - half, mean + half)
 
 
@@ -53,7 +52,7 @@ def _rows(found: Debrief) -> Iterator[_Row]:
         planned.expected_detection_time_s,
         flown.expected_detection_time_s,
         flown.ci95_s,
-        Apart.of(flown.time_s, planned.time_s, flown.weight),
+        Apart.of(flown, flown.time_s, planned.time_s),
     )
     horizon_s, by_s = flown.objective.horizon_s, flown.objective.by_s or inf
     for time_s in sorted({*(s for s in (*BY_S, by_s) if s < horizon_s), horizon_s}):
@@ -64,7 +63,7 @@ def _rows(found: Debrief) -> Iterator[_Row]:
             planned.found_by_probability(time_s),
             flown.found_by_probability(time_s),
             flown.found_by_interval(time_s),
-            Apart.of(one, other, flown.weight),
+            Apart.of(flown, one, other),
         )
 
 

@@ -9,7 +9,6 @@ from planner.detection.evaluation import Evaluation
 from planner.detection.mistimed import Mistimed, Timing
 from planner.flight.plan import Plan
 from planner.flight.track import SHARP_DEG
-from planner.intervals import half_width
 from planner.messages import counted, percent
 from planner.report.formats import Column, FittingTable
 from planner.report.tables import Fresh
@@ -85,7 +84,7 @@ def _name(timing: Timing) -> str:
 def _later(one: Evaluation, planned: Evaluation) -> tuple[str, str]:
     """Return by how much later targets are found, seconds, and the paired interval of that."""
     later_s = one.expected_detection_time_s - planned.expected_detection_time_s
-    half_s = half_width(one.time_s - planned.time_s, one.weight)
+    half_s = one.half_width(one.time_s - planned.time_s)
     if not np.isfinite(half_s):
         return f"{later_s:+z,.0f} s", ""
     return f"{later_s:+z,.0f} s", f"{later_s - half_s:+z,.0f} .. {later_s + half_s:+z,.0f} s"

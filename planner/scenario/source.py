@@ -24,7 +24,7 @@ BARE_WORD = re.compile(r"[\w./:+-]+( [\w./:+-]+)*")
 CLOCK = re.compile(r"\d+:\d+:\d+(\.\d*)?")
 LEADING_POINT = re.compile(r"\A[+-]?(?=\.\d)")  # .5 is 0.5 to everybody but TOML
 NAMES = ("node",)  # keys of --set whose value is a name, whatever it looks like
-LISTED = ("uav", "target")  # sections that may be lists of tables, addressed by number
+LISTED = ("uav", "target", "truth")  # sections that may be lists of tables, addressed by number
 # What is sometimes given for a scenario, by its root element, and how it is given rightly.
 OTHER_KINDS = {
     "net": "a SUMO net, not a scenario; write a scenario with network = {{ net = {name} }} "
@@ -264,8 +264,7 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
         faults.append(Fault(key, text, unknown=True))
         return
     if parents and parents[0] in LISTED and [*parents[1:], last][0].isdigit():
-        one = tables.setdefault(parents[0], {})
-        tables[parents[0]] = [one] if isinstance(one, dict) else one  # [uav] is a list of one
+        tables[parents[0]] = _each(tables, parents[0])
     places: list[Any] = [tables]
     for depth, name in enumerate(parents):
         places = [inner for place in places for inner in _led_to(place, name)]
@@ -281,6 +280,19 @@ def _set(tables: Tables, key: str, value: Any, faults: list[Fault]) -> None:
     for place in places:
         for table in place if isinstance(place, list) else [place]:
             table[last] = copy.deepcopy(value)
+
+
+def _each(tables: Tables, section: str) -> Any:
+    """Return a section as a list of tables; what is no table stays, for others to refuse.
+
+    A table is a list of one. Of the truth, one holds for all targets: so there is one for each.
+    """
+    said, targets = tables.get(section, {}), tables.get("target")
+    listed = [said] if isinstance(said, dict) else said
+    holds_for_all = section == "truth" and isinstance(listed, list) and len(listed) == 1
+    if holds_for_all and isinstance(targets, list) and targets:
+        return [copy.deepcopy(listed[0]) for _ in targets]
+    return listed
 
 
 def _holds_tables(place: Any) -> bool:

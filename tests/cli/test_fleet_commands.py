@@ -86,6 +86,9 @@ def test_what_is_for_one_uav_is_refused_at_once(run: Commands, two: Path) -> Non
     said = run("replan", two, "--at", 30, "--lost-at", "A")
     assert said.code == 2
     assert "--lost-at: one UAV follows a target, and the plan is for several" in said.err
+    said = run("fly", two, "--track", two / "plan.json")
+    assert said.code == 2
+    assert "--track: is what one UAV recorded, and the plan is for several" in said.err
 
 
 QUICK = ("--method", "rate", "--targets", 40, "-j", 1, "--json")

@@ -110,7 +110,7 @@ def test_another_aircraft_is_home_in_time(tmp_path_factory: pytest.TempPathFacto
     run = run_flight(opened, plan, uav=with_aircraft(opened.scenario.uav, file), origin=ORIGIN)
     assert run.lasts_s <= 330.0 + 1.0
     assert run.ended_s is not None
-    assert (places(run)[-1] == opened.uav_xy_m).all()
+    assert (places(run)[-1] == opened.starts_m[0]).all()
     assert any("before the end of the plan" in line for line in remarks(run))
     assert told(run) == []
 
@@ -153,7 +153,7 @@ def test_waiting_over_the_launch_is_a_waypoint_with_a_hold() -> None:
     opened, _ = town()
     problem = problem_of(opened, Recorder(opened, 1).planning().futures)
     uav = replace(problem.uav, aircraft=None)
-    plan = plan_of_wait(problem.replace(uav=uav), "wait", *opened.uav_xy_m)
+    plan = plan_of_wait(problem.replace(uav=uav), "wait", *opened.starts_m[0])
     uav_section = opened.scenario.uav
     run = run_flight(opened, stored(opened, plan), uav=uav_section, origin=ORIGIN)
     first, held, last = run.flight.waypoints

@@ -21,7 +21,7 @@ def test_no_flight_gets_farther_from_its_start(method: str, aircraft: str) -> No
     recorder = Recorder(opened, 1)
     plan = make_plan(method_named(method), opened, recorder, recorder.planning().futures).plan
     (track,) = plan.tracks
-    away_m = np.hypot(track.x_m - opened.uav_xy_m[0], track.y_m - opened.uav_xy_m[1])
+    away_m = np.hypot(track.x_m - opened.starts_m[0][0], track.y_m - opened.starts_m[0][1])
     assert away_m.max() <= link_m
     assert {opened.network.road_ids[leg.road] for leg in plan.legs[0]} <= {"AB", "BC", "BD"}
 

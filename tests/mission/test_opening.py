@@ -48,7 +48,7 @@ def test_figure3() -> None:
     figure3 = opened()
     assert figure3.prior.edge_probability[figure3.network.edge_index["AB"]] == 1
     assert figure3.prior.edge_probability.sum() == 1
-    assert figure3.uav_xy_m == (-30000, 0)
+    assert figure3.starts_m[0] == (-30000, 0)
     assert not figure3.prior.gone
     assert opened(name="figure3-gone").prior.gone
     assert opened(name="figure3-gone").network.sha256 == figure3.network.sha256
@@ -60,12 +60,12 @@ def test_figure3() -> None:
 )
 def test_compass_bearing(bearing: float, expected: tuple[float, float]) -> None:
     start = f"uav.start={{node='C', bearing_deg={bearing}, distance_m=1000}}"
-    assert opened(start).uav_xy_m == pytest.approx(expected)
+    assert opened(start).starts_m[0] == pytest.approx(expected)
 
 
 def test_the_grids_uav_is_north_west_of_its_origin() -> None:
     grid = opened("uav.start.distance_m=100000", name="grid5x5")
-    assert grid.uav_xy_m == pytest.approx((-100000 / np.sqrt(2), 100000 / np.sqrt(2)))
+    assert grid.starts_m[0] == pytest.approx((-100000 / np.sqrt(2), 100000 / np.sqrt(2)))
 
 
 def test_turns_of_the_file_and_of_the_scenario(tmp_path: Path) -> None:
@@ -243,7 +243,7 @@ def test_nothing_that_is_kept_in_memory_is_stale(tmp_path: Path) -> None:
     assert opened("search.seed=5", name=tmp_path).network is before.network
     assert opened(name=tmp_path).scenario.search.seed == 1  # an override is not kept
     scenario.write_text(scenario.read_text().replace("x_m = 3", "x_m = 4"))
-    assert opened(name=tmp_path).uav_xy_m == (4.0, 4.0)
+    assert opened(name=tmp_path).starts_m[0] == (4.0, 4.0)
     edges = tmp_path / "town.edg.xml"
     edges.write_text(edges.read_text().replace('speed="', 'speed="1'))
     after = opened(name=tmp_path).network
@@ -258,7 +258,7 @@ def test_the_options_of_greedy_are_those_of_the_scenario() -> None:
 
 def test_a_uav_that_never_comes_near_the_net() -> None:
     # Seen from 200 m, at 100 m/s for an hour: 360.2 km west of A.
-    assert opened("uav.start.x_m=-360200").uav_xy_m[0] == -360_200.0
+    assert opened("uav.start.x_m=-360200").starts_m[0][0] == -360_200.0
     (told,) = faults("uav.start.x_m=-360201")
     assert told.startswith("uav.start: lies 360.201 km from the net (x 0 to 15000, y -8000 to 8000")
     (told,) = faults("uav.start={ x_m = 392000.0, y_m = 5820000.0 }")

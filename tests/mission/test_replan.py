@@ -121,7 +121,7 @@ def test_the_uav_flies_on_from_where_it_is_and_comes_home_in_time() -> None:
     (rest,) = going_on.incumbent.tracks
     assert (rest.x_m[0], rest.y_m[0], rest.time_s[0]) == (*here, 1200.0)
     assert rest.end_s <= 2700.0 + 1e-6
-    home = mission.opened.return_to_m
+    home = mission.opened.landings_m[0]
     assert (rest.x_m[-1], rest.y_m[-1]) == pytest.approx(home)
     new = mission.planned(going_on).attempt.plan.tracks[0]
     assert new.end_s <= 2700.0 + 1e-6

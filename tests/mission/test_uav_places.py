@@ -12,10 +12,10 @@ PLACE = "{lon=13.52019,lat=52.43045}"
 def test_degrees_are_places_of_the_net() -> None:
     overrides = [f"uav.start={PLACE}", "uav.return_to={lon=13.53,lat=52.43}"]
     opened = open_scenario("berlin", overrides=overrides)
-    lon, lat = lonlat(opened.network, opened.uav_xy_m)
+    lon, lat = lonlat(opened.network, opened.starts_m[0])
     assert (lon, lat) == pytest.approx((13.52019, 52.43045), abs=1e-8)
-    assert opened.return_to_m is not None
-    lon, lat = lonlat(opened.network, opened.return_to_m)
+    assert opened.landings_m[0] is not None
+    lon, lat = lonlat(opened.network, opened.landings_m[0])
     assert (lon, lat) == pytest.approx((13.53, 52.43), abs=1e-8)
 
 

@@ -58,7 +58,7 @@ def test_every_method_keeps_to_the_airspace(name: str, home: bool) -> None:
         assert np.allclose(track.xy(np.array([leg.start_s, leg.end_s])), along[[0, -1]])
     if home:
         assert plan.end_s <= 2000.0 + 1e-6
-        assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.uav_xy_m)
+        assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.starts_m[0])
 
 
 def test_a_real_aircraft_comes_home_around_the_areas() -> None:
@@ -73,7 +73,7 @@ def test_a_real_aircraft_comes_home_around_the_areas() -> None:
     scenario.airspace.refuse(track)
     assert track.x_m.max() > 0.0  # beyond the area
     assert plan.end_s <= 1300.0 * 0.8 + 1e-6
-    assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.uav_xy_m)
+    assert np.allclose([track.x_m[-1], track.y_m[-1]], scenario.starts_m[0])
 
 
 def test_figures_are_those_of_the_flight_around() -> None:

@@ -82,7 +82,7 @@ def test_a_drone_that_comes_from_the_north_comes_from_the_true_north() -> None:
     opened = open_scenario("berlin", overrides=[f"uav.start={place}"])
     network = opened.network
     node = lonlat(network, network.node_xy_m[network.node_index[name]])
-    start = lonlat(network, np.array(opened.uav_xy_m))
+    start = lonlat(network, np.array(opened.starts_m[0]))
     assert start[0] == pytest.approx(node[0], abs=2e-4)  # 14 m; the net's own north is 400 m off
     assert start[1] == pytest.approx(node[1] + 20_000 / 111_270, abs=1e-3)
 

@@ -274,7 +274,7 @@ def test_take_off_is_at_any_node_of_the_net(berlin: OpenScenario) -> None:
     lost = next(name for name in berlin.network.junction_ids if name not in berlin.network.node_ids)
     opened = open_scenario("berlin", overrides=[f"uav.start={{node='{lost}'}}"])
     edges = open_scenario("berlin", overrides=["network.road_tolerance_m=0"]).network
-    assert opened.uav_xy_m == tuple(edges.node_xy_m[edges.node_index[lost]])
+    assert opened.starts_m[0] == tuple(edges.node_xy_m[edges.node_index[lost]])
 
 
 def test_berlin_has_149_roads(berlin: OpenScenario) -> None:

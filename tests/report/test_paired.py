@@ -1,5 +1,7 @@
 """How far one plan is ahead of another on the same targets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -115,3 +117,30 @@ def test_one_target_tells_no_interval() -> None:
     assert against_patterns(rows) == "best: 50.0 % sooner than the best tuned pattern, hover"
     nobody = Evaluation(np.zeros(0), np.zeros(0), np.zeros(0), Objective(1e3))
     assert ahead(nobody, nobody) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("by_s", [None, 600.0])
+def test_targets_of_one_run_of_the_traffic_are_not_independent(by_s: float | None) -> None:
+    rng = np.random.default_rng(4)
+    runs, each = 8, 50
+    run = np.repeat(np.arange(runs), each)
+
+    def drawn() -> tuple[Evaluation, Evaluation]:
+        """A queue makes one plan later for all of a run, and the other one for none."""
+        seen_s = rng.uniform(200.0, 900.0, runs * each)
+        queue_s = rng.uniform(0.0, 200.0, runs)[run]
+        found = (evaluation(one.tolist(), by_s=by_s) for one in (seen_s, seen_s + queue_s))
+        one, other = (replace(one, run=run) for one in found)
+        return one, other
+
+    leads = [ahead(*drawn()) for _ in range(200)]
+    truth = np.mean([lead.share for lead in leads])
+    assert np.mean([lead.low <= truth <= lead.high for lead in leads]) >= 0.9
+    one, other = drawn()
+    alone = ahead(replace(one, run=None), replace(other, run=None))
+    assert ahead(one, other).share == alone.share
+    if by_s is None:
+        lead = ahead(one, other)
+        assert lead.high - lead.low > 1.5 * (alone.high - alone.low)
+    single = ahead(replace(one, run=0 * run), other)
+    assert not single.is_known  # one run tells nothing of others

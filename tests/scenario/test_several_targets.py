@@ -79,9 +79,26 @@ def test_truth_is_said_of_all_targets_or_of_each(folder: Path) -> None:
     assert [truth.start for truth in scenario.truths] == [{"a": 1.0}, {"b": 1.0}]
 
 
+@pytest.mark.parametrize("said", ["", "[truth]\n", "[[truth]]\n", "[[truth]]\n[[truth]]\n"])
+def test_an_override_is_for_the_truth_of_one_target_or_of_all(folder: Path, said: str) -> None:
+    (folder / "scenario.toml").write_text(TWO.replace("[uav]", f"{said}[uav]"))
+
+    def fastest(place: Path | str, *overrides: str) -> list[float]:
+        truths = read_scenario(place, overrides=overrides).truths
+        return [truth.speed_mps.high for truth in truths]
+
+    nine, five = "speed_mps={constant=9}", "speed_mps={constant=5}"
+    assert fastest(folder, f"truth.{nine}") == [9.0, 9.0]
+    assert fastest(folder, f"truth.1.{nine}") == [25.0, 9.0]
+    assert fastest(folder, f"truth.{nine}", f"truth.0.{five}") == [5.0, 9.0]
+    assert fastest("grid5x5", f"truth.0.{nine}") == [9.0]  # of one target, as uav.0 of one UAV
+
+
 @pytest.mark.parametrize(
     ("override", "said"),
     [
+        ("truth.2.start=a", "truth.2.start: truth.2 is not in the list"),
+        ("truth.1.sped_mps=9", "truth[1].sped_mps: is not a known key"),
         ("target.2.start=a", "target.2.start: target.2 is not in the list"),
         ("target.1.probability_present=0", "target[1].probability_present: should be greater"),
         ("target.1.sped_mps=9", "target[1].sped_mps: is not a known key"),

@@ -113,5 +113,5 @@ def test_a_fleet_written_out_is_the_same_fleet(folder: Path) -> None:
 def test_each_uav_starts_at_its_own_place() -> None:
     opened = open_scenario("figure3", overrides=[FLEET])
     assert opened.starts_m == ((0.0, 0.0), (900.0, 0.0))
-    assert opened.uav_xy_m == (0.0, 0.0)
+    assert opened.starts_m[0] == (0.0, 0.0)
     assert opened.airspaces == (None, None)
