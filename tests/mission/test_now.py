@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from planner.mission import now
-from planner.mission.call import Call, Words, understood
+from planner.mission.call import Call, understood
+from planner.mission.call_words import Words
 from planner.mission.now import events
 from planner.mission.now_events import (
     BetterPlan,
