@@ -172,7 +172,8 @@ def _heard(
 ) -> "tuple[float, Heard]":
     """Return the time, and what all that was said means."""
     from planner.cli.news_arguments import heard_of, setting_of
-    from planner.mission.news_words import heard, time_of
+    from planner.mission.news_values import time_of
+    from planner.mission.news_words import heard
 
     setting = setting_of(opened, stored, stored.plan.take_off_s, Path())
     at_s = time_of("--at", arguments.at, setting)
