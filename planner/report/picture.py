@@ -21,7 +21,7 @@ from planner.network.road_network import RoadNetwork
 from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
 from planner.report.figure import axes_at, in_percent, new_figure
-from planner.report.formats import length
+from planner.report.formats import length, time_unit
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -84,7 +84,9 @@ def plan_picture(
         curves = axes_at(figure, 6.9, wide + 1.375, 5.75, 4.675 - wide)
         draw_curves(curves, problem, plan, evaluations, until_s)
         moments = moments_s(problem, seen_at, many)
-        unit, unit_s = ("s", 1.0) if any(t % 60.0 for t in moments) else ("min", 60.0)
+        unit, unit_s = time_unit(until_s)  # as along the curves, unless moments are too near
+        if any(time_s % unit_s for time_s in moments):
+            unit, unit_s = "s", 1.0
         for moment, time_s in enumerate(moments):
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
