@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -263,3 +264,19 @@ def test_moments_are_told_in_the_unit_of_the_curves(
     moments = [text.partition(":")[0] for text in said if text.endswith("% found")]
     assert len(moments) == 4
     assert {moment.split()[-1] for moment in moments} == {unit}
+
+
+def test_where_targets_go_there_is_room_to_say_so(tmp_path: Path) -> None:
+    futures = replace(PROBLEM.futures, gone=np.ones(len(PROBLEM.futures), bool))
+    goes = PROBLEM.replace(futures=futures)
+    missed = Evaluation(
+        np.where(np.arange(len(futures)) % 2, np.inf, 6000.0),
+        futures.weight,
+        np.full(len(futures), 1000.0),
+        goes.objective,
+    )
+    plan_picture(tmp_path / "p.svg", goes, WAIT, evaluations={"planned": missed})
+    said = texts(tmp_path / "p.svg")
+    above = [text for text in said if re.search(r"\d+ % (found|gone)$", text) and ": " in text]
+    assert len([text for text in above if "found" in text]) == 3  # wider than the usual four
+    assert "gone: has reached its goal, not found" in said
