@@ -1,9 +1,11 @@
 """The result of a search, as a run keeps it and as it is printed."""
 
 import argparse
+import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from planner.bounds.certificate import Certificate
@@ -11,6 +13,7 @@ from planner.cli.preview import flight_table
 from planner.detection.mistimed import Mistimed
 from planner.detection.prospects import Prospects
 from planner.futures.futures import Futures
+from planner.mission import run_folder
 from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures
 from planner.mission.plan_file import plan_content, timing_content
@@ -87,10 +90,9 @@ def blocks_of(
     yield tables.plan_table(found.row, in_town=not opened.network.is_abstract)
     if found.problem.objective.sought > 1:
         yield finds.targets_table(trial.evaluated, opened.scenario.target_names)
-    if found.timing:
-        yield real_flight.timing_table(trial.evaluated, found.timing, found.fresh)
-        yield real_flight.corners_line(trial.plan)
-        yield real_flight.aircraft_line(opened.scenario.uav)
+    if not opened.network.is_abstract:
+        yield from sentences.prospects_lines(found.prospects)
+    yield from _timing(found)
     yield from filter(
         None,
         (
@@ -113,15 +115,31 @@ def blocks_of(
         yield f"there is no certificate: {found.no_bound}"
     if arguments.output:
         yield f"written to {arguments.output}"
+        yield from _next_steps(arguments.output)
     else:
         yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
 
+def _timing(found: Found) -> Iterator[Any]:
+    """Yield what it costs to fly at other times, and what flies; nothing for the ideal aircraft."""
+    if found.timing:
+        yield real_flight.timing_table(found.trial.evaluated, found.timing, found.fresh)
+        yield real_flight.corners_line(found.trial.plan)
+        yield real_flight.aircraft_line(found.opened.scenario.uav)
+
+
+def _next_steps(folder: Path) -> Iterator[str]:
+    """Yield what to do with a run, a command a line."""
+    typed = shlex.quote(str(folder))
+    yield f"look at it:      open {folder / run_folder.PAGE} in a browser"
+    yield f"for an aircraft: planner export {typed}"
+    yield f"try it out:      planner fly {typed}"
+
+
 def _hints(found: Found, *, own: bool) -> Iterator[str]:
-    """Yield who leaves the map, and whether the plan was made on too few particles."""
+    """Yield whether the plan was made on too few particles."""
     scenario, trial, hint = found.opened.scenario, found.trial, None
     if not found.opened.network.is_abstract:
-        yield from sentences.prospects_lines(found.prospects)
         sought = trial.planned.objective.sought
         hint = sentences.few_in_town(len(trial.planned.weight), sought)
     if own or scenario.truths != scenario.targets:

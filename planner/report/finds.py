@@ -42,6 +42,19 @@ def first_and_last_cells(evaluated: Evaluation) -> list[str]:
     return [seconds_text(find.expected_s) for find in first_and_last(evaluated)]
 
 
+def headline(evaluated: Evaluation) -> str:
+    """Return in a few words what a plan finds, by when, and after which time on average."""
+    objective = evaluated.objective
+    end_s = objective.horizon_s if objective.by_s is None else objective.by_s
+    found = objective.number_found(evaluated.found_by_probability(end_s))
+    of_all = "" if objective.sought == 1 else f" of {objective.sought} targets"
+    mean_s = evaluated.expected_detection_time_s / objective.sought
+    return (
+        f"finds {found}{of_all} by {clock(end_s)}, on average after {clock(mean_s)} "
+        f"(never counts as {clock(objective.horizon_s)})"
+    )
+
+
 def timed(sought: int) -> str:
     """Return what the expected time is called."""
     return "expected detection time" if sought == 1 else f"sum of {sought} detection times"

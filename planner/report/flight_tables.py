@@ -93,8 +93,13 @@ def _flights_table(
     Where there are several flights, each begins with its name.
     """
     several = len(flown) > 1
-    table = FittingTable(title, ([Column("UAV", left=True)] if several else []) + [*columns])
     most = MOST_ROWS if not several else max(1, MOST_ROWS // len(flown))
+    caption = "plan.json, which -o DIR writes, holds all of them; page.html tells them as legs"
+    table = FittingTable(
+        title,
+        ([Column("UAV", left=True)] if several else []) + [*columns],
+        caption=caption if max(map(len, flown), default=0) > most else "",
+    )
     for name, rows in zip(plan.names, flown, strict=True):
         told = [[name.removeprefix("UAV ")]] + [[""]] * len(rows) if several else [[]] * len(rows)
         for order, (head, cells) in enumerate(zip(told, rows[:most], strict=False), 1):

@@ -59,8 +59,8 @@ def timing_table(planned: Evaluation, others: Sequence[Mistimed], fresh: Fresh) 
         (
             Column("flown", left=True),
             Column("expected\ndetection"),
-            Column("later by", rank=1),
-            Column("95 %, paired", rank=2),
+            Column("against\nthe plan", rank=1),
+            Column("95 % of that\n(+: later)", rank=2),
             *([] if by_s is None else [Column(f"found by\n{clock(by_s)}")]),
             Column("found"),
         ),
@@ -82,9 +82,10 @@ def _name(timing: Timing) -> str:
 
 
 def _later(one: Evaluation, planned: Evaluation) -> tuple[str, str]:
-    """Return by how much later targets are found, seconds, and the paired interval of that."""
+    """Return by how much later targets are found, and the paired interval of that, seconds."""
     later_s = one.expected_detection_time_s - planned.expected_detection_time_s
     half_s = one.half_width(one.time_s - planned.time_s)
+    said = f"{abs(later_s):,.0f} s {'later' if round(later_s) >= 0 else 'sooner'}"
     if not np.isfinite(half_s):
-        return f"{later_s:+z,.0f} s", ""
-    return f"{later_s:+z,.0f} s", f"{later_s - half_s:+z,.0f} .. {later_s + half_s:+z,.0f} s"
+        return said, ""
+    return said, f"{later_s - half_s:+z,.0f} .. {later_s + half_s:+z,.0f} s"

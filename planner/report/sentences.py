@@ -174,13 +174,13 @@ def prospects_lines(found: Prospects) -> list[str]:
     left = f"fresh targets that have left the map: {', '.join([*moments, by_end])}"
     most = found.ceiling.detection_probability / found.ceiling.objective.sought
     at_most = f"no flight finds more of them than {percent(most)}"
-    lines = [f"{left}; {at_most} (each chased alone)"]
+    lines = []
     if found.many_leave:
         lines.append(
             "many targets leave the map, which no flight here can follow: take a larger net before "
             "you trust these odds"
         )
-    return lines
+    return [*lines, f"{left}; {at_most} (each chased alone)"]
 
 
 def _of_physics(certificate: Certificate, by_s: float | None) -> str:

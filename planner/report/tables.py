@@ -11,6 +11,7 @@ from planner.mission.trial import Trial
 from planner.report.finds import (
     counted_of,
     first_and_last_cells,
+    headline,
     seconds_text,
     span_of,
     timed,
@@ -74,7 +75,7 @@ def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
     assert row.evaluated is not None
     both = (row.planned, row.evaluated)
     table = FittingTable(
-        f"{row.method}: {row.roads} roads" if row.roads else row.method,
+        f"{row.method}: {headline(row.evaluated)}{f', {row.roads} roads' if row.roads else ''}",
         (
             Column("", left=True, wraps=True),
             Column(f"{len(row.planned.weight):,} futures\nplanned with", rank=2),
@@ -101,7 +102,8 @@ def plan_table(row: MethodRow, *, in_town: bool = False) -> FittingTable:
         table.add_row(name, *cells, span_of(seconds_text if interval is time_s else many, interval))
     if row.fresh.alike and by_s is None:
         gain_s = row.planned.expected_detection_time_s - row.evaluated.expected_detection_time_s
-        table.add_row("planned minus fresh", f"{gain_s:+z,.0f} s", "", "")
+        sooner = "sooner" if round(gain_s) >= 0 else "later"
+        table.add_row("difference", "", f"{seconds_text(abs(gain_s))} {sooner}", "")
     return table
 
 

@@ -34,6 +34,10 @@ def test_a_terminal_gets_the_plan_first_and_the_same_files(
     piped = run(*SMALL, "-o", tmp_path / "piped")
     assert MADE not in piped.out
     assert piped.out.count("roads in the order flown") == 1
+    # What to do next stands at the end.
+    said = " ".join(piped.out.split())
+    news = ("expected detection time", "page.html in a browser", "planner export ", "planner fly ")
+    assert [*news] == sorted(news, key=said.index)
     for name in ("plan.json", "plan.png", "plan.add.xml", "evaluation.parquet"):
         pair = [(tmp_path / folder / name).read_bytes() for folder in ("seen", "piped")]
         assert pair[0] == pair[1], name

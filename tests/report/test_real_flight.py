@@ -53,6 +53,7 @@ def test_the_table_fits_eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in names:
         (line,) = (line for line in lines if name in line)
         assert line.rstrip().endswith("%")
+        assert (" s later " in line or " s sooner " in line) == (name != "as planned")
     assert "turns of more than 30 degrees" in corners_line(plan)
 
 

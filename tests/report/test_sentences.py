@@ -100,11 +100,11 @@ def test_how_many_leave_the_map_and_what_no_flight_surpasses() -> None:
         np.array([10.0, np.inf]), np.full(2, 0.5), np.full(2, 900.0), Objective(1000.0)
     )
     said = remarks.prospects_lines(Prospects(((300.0, 0.25), (600.0, 0.25)), 0.5, ceiling))
-    assert said[0] == (
+    assert said[1] == (
         "fresh targets that have left the map: 25 % by 0:05:00, 25 % by 0:10:00, 50 % by 0:16:40; "
         "no flight finds more of them than 50.0 % (each chased alone)"
     )
-    assert "larger net" in said[1]
+    assert "larger net" in said[0]
     assert len(remarks.prospects_lines(Prospects((), 0.1, ceiling))) == 1
     assert remarks.prospects_lines(Prospects((), 0.0, ceiling)) == []
 

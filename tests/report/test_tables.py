@@ -12,6 +12,7 @@ import pytest
 
 from planner.cli.doctor import Finding, doctor_table
 from planner.cli.printing import console
+from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
@@ -19,6 +20,7 @@ from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
+from planner.messages import percent
 from planner.network.georeference import coordinates
 from planner.report.finds import targets_table
 from planner.report.flight_tables import legs_table, waypoints_table
@@ -78,7 +80,12 @@ def test_plan(printed: Callable[[object], str]) -> None:
     assert interval == f"{low_s:,.0f} s .. {high_s:,.0f} s"
     assert line(text, "found  ")[1:3] == ["75.0 %", "90.0 %"]
     assert line(text, "found before")[1:3] == ["75.0 %", "80.0 %"]
-    assert line(text, "planned minus fresh")[1] == "+5 s"
+    assert line(text, "difference")[1] == "5 s sooner"
+    found = percent(FRESH.detection_probability)
+    mean_s = FRESH.expected_detection_time_s
+    by = clock(FRESH.objective.horizon_s)
+    said = f"{ROW.method}: finds {found} by {by}, on average after {clock(mean_s)} (never"
+    assert said in " ".join(text.split())
 
 
 def test_in_towns_nothing_is_said_of_goals(printed: Callable[[object], str]) -> None:
@@ -99,7 +106,7 @@ def test_in_towns_nothing_is_said_of_goals(printed: Callable[[object], str]) -> 
 def test_nothing_has_no_sign_that_says_less(printed: Callable[[object], str]) -> None:
     earlier = replace(FRESH, seen_at=FRESH.seen_at - 1e-6)
     text = printed(plan_table(replace(ROW, planned=earlier, evaluated=FRESH)))
-    assert line(text, "planned minus fresh")[1] == "+0 s"
+    assert line(text, "difference")[1] == "0 s sooner"
 
 
 @pytest.mark.parametrize("width", [120, 80, 60, 40])
@@ -120,7 +127,7 @@ def test_figures_stay_whole_in_any_window(width: int, monkeypatch: pytest.Monkey
 def test_other_targets_are_named_and_not_compared(printed: Callable[[object], str]) -> None:
     text = printed(plan_table(replace(ROW, fresh=OTHERS)))
     assert "of the belief" in text
-    assert "planned minus fresh" not in text
+    assert "difference" not in text
 
 
 def test_rows_end_at_the_horizon_and_after_many(printed: Callable[[object], str]) -> None:
@@ -131,7 +138,9 @@ def test_rows_end_at_the_horizon_and_after_many(printed: Callable[[object], str]
     text = printed(legs_table(plan, NET, until_s=10.5 * lasts_s))
     assert line(text, "11 ")[:2] == ["11", "AB"]
     assert "\n  12 " not in text
-    assert "60 more" in printed(legs_table(plan, NET))
+    text = printed(legs_table(plan, NET))
+    assert "60 more" in text
+    assert "plan.json" in text
 
 
 def test_a_flight_off_the_roads_is_a_table_of_stays(printed: Callable[[object], str]) -> None:
