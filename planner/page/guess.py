@@ -37,7 +37,7 @@ def page_of_guess(opened: OpenScenario, guess: Futures) -> str:
         drawn.view,
         roads=drawn.roads,
         targets_m=there_m[np.isfinite(there_m[:, 0])],
-        tracks=(),
+        flights=(),
         label=markup(f"Map of where it may be: {title}"),
     )
     notes = (NO_PLAN, f"Where it may be: {told_reach(guess, horizon_s)}.")

@@ -5,15 +5,30 @@ let speed = SPEEDS.find((n) => D.end_s / n <= 45) || 600;
 document.documentElement.classList.add("on");
 $("time").max = Math.ceil(D.end_s);
 
-const tables = [...document.querySelectorAll(".legs")].map((table) => [...table.tBodies[0].rows]);
-tables.forEach((rows, u) => rows.forEach((row, i) => {
-  const cell = row.cells[0], start = D.uavs[u].legs[i][1];
-  const button = document.createElement("button");
-  button.textContent = cell.textContent;
-  aria(button, "label", "Go to leg " + cell.textContent);
-  cell.replaceChildren(button);
-  listen(row, "click", () => go(start));
-}));
+const tables = [...document.querySelectorAll(".legs")].map((table, u) => {
+  const body = table.tBodies[0], rows = [...body.rows];
+  const buttons = rows.map((row, i) => {
+    const cell = row.cells[0], start = D.uavs[u].legs[i][1];
+    const button = document.createElement("button");
+    button.textContent = cell.textContent;
+    button.tabIndex = i ? -1 : 0;
+    aria(button, "label", "Go to leg " + cell.textContent);
+    cell.replaceChildren(button);
+    listen(row, "click", () => go(start));
+    return button;
+  });
+  // One stop for Tab; arrows, Home and End go from leg to leg within it.
+  listen(body, "focusin", (event) => buttons.forEach((button) => (button.tabIndex = button === event.target ? 0 : -1)));
+  listen(body, "keydown", (event) => {
+    const at = buttons.indexOf(event.target), last = buttons.length - 1;
+    const to = { ArrowUp: at - 1, ArrowDown: at + 1, Home: 0, End: last }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    buttons[clip(to, 0, last)].focus();
+  });
+  return rows;
+});
 const legAt = (legs) => legs.findIndex((leg) => now < leg[2]);
 
 // What each drone does, and does next; which one, where there are several.

@@ -14,12 +14,16 @@ from planner.page.document import document, markup
 from planner.page.legend import dots
 from planner.page.rows import Row
 from planner.page.shown import Shown
-from planner.page.still import still
+from planner.page.still import Flown, still
 from planner.page.words import UNTITLED, odds, soon_s
 from planner.report.formats import length
 from planner.report.sentences import hidden_line
 
 NEARLY_ALL = 0.99  # of the finds; the headline has no times between that and the end
+APART = (
+    "Legs, as a person follows them; the waypoints of exported files (flight.txt) are counted "
+    "apart and have other numbers."
+)
 LIMITS = (
     "The sensor is taken to see everything within its radius. This is research software, not "
     "certified for flight."
@@ -37,7 +41,10 @@ def page(run: Shown) -> str:
         roads=drawn.roads,
         targets_m=at_take_off[there],
         target=drawn.targets.target[there],
-        tracks=run.plan.tracks,
+        flights=[
+            Flown(track, np.array([row.start_m for row in rows]).reshape(-1, 2))
+            for track, rows in zip(run.plan.tracks, run.rows, strict=True)
+        ],
         label=markup(f"Map of the search: {title}"),
     )
     soon = soon_s(run.until_s)
@@ -126,7 +133,8 @@ def _legs(run: Shown) -> str:
         head = "".join(f'<th scope="col">{cell}</th>' for cell in _head(run))
         body = "".join(_leg(run, order, row) for order, row in enumerate(rows, 1))
         tables.append(
-            f'<table class="legs"><caption>{name}</caption><thead><tr>{head}</tr></thead>'
+            f'<table class="legs"><caption>{name}<small>{APART}</small></caption>'
+            f"<thead><tr>{head}</tr></thead>"
             f"<tbody>{body}</tbody></table>"
         )
     return "".join(tables)

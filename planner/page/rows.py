@@ -119,7 +119,7 @@ def _joined(rows: Iterator[Row]) -> Iterator[Row]:
     """Yield rows, those one after the other along the same street as one."""
     last: Row | None = None
     for row in rows:
-        if last is not None and row.name == last.name not in (HOVERS, UNNAMED, ACROSS):
+        if last is not None and row.name == last.name not in (HOVERS, ACROSS):
             together_m = last.length_m + row.length_m
             last = replace(last, end_s=row.end_s, length_m=together_m, bearing_deg=None)
             continue

@@ -1,6 +1,7 @@
 """The map of a page as a still picture, for where no script runs."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,14 @@ from planner.page.legend import CORNERS
 
 WIDE = 1000  # of the picture, in its own units
 DOT, UAV = 4, 14  # sizes in it
+NUMBER_WIDE, NUMBER_HIGH = 36, 24  # room for the number of a leg
+
+
+class Flown(NamedTuple):
+    """A flight, and what is told of it."""
+
+    track: Track
+    legs_m: Floats  # (L, 2) metres, where its legs begin: they are numbered where there is room
 
 
 def still(
@@ -19,7 +28,7 @@ def still(
     roads: Iterable[Floats],
     targets_m: Floats,
     target: Ints | None = None,
-    tracks: Iterable[Track],
+    flights: Iterable[Flown],
     label: str,
 ) -> str:
     """Return a picture as SVG: roads, where targets are at take-off, the flights.
@@ -46,7 +55,9 @@ def still(
 
     lines = [placed(line_m) for line_m in roads]
     lines = [line for line in lines if _crosses(line, high)]
-    flown = [placed(np.stack([one.x_m, one.y_m], axis=1)) for one in tracks if len(one.time_s)]
+    flights = [one for one in flights if len(one.track.time_s)]
+    flown = [placed(np.stack([one.track.x_m, one.track.y_m], axis=1)) for one in flights]
+    numbers = _numbers([placed(one.legs_m) for one in flights], WIDE, high)
     starts = "".join(_triangle(*line[0].tolist()) for line in flown)
     kinds = np.zeros(len(targets_m), np.int64) if target is None else target
     dots = "".join(_dots(placed(targets_m[kinds == n]), n) for n in range(kinds.max(initial=0) + 1))
@@ -55,8 +66,21 @@ def still(
         f'<path class="roads" d="{"".join(map(_path, lines))}"/>'
         f"{dots}"
         f'<path class="flight" d="{"".join(map(_path, flown))}"/>'
-        f'<path class="uav" d="{starts}"/></svg>'
+        f'<path class="uav" d="{starts}"/>{numbers}</svg>'
     )
+
+
+def _numbers(legs: Iterable[Ints], wide: int, high: int) -> str:
+    """Return the numbers of legs where these begin; one that would cover another is left out."""
+    said: list[tuple[int, int]] = []
+    texts = []
+    for places in legs:
+        for number, (x, y) in enumerate(places.tolist(), 1):
+            apart = all(abs(x - u) >= NUMBER_WIDE or abs(y - v) >= NUMBER_HIGH for u, v in said)
+            if apart and 0 <= x <= wide and 0 <= y <= high:
+                said.append((x, y))
+                texts.append(f'<text x="{x}" y="{y}">{number}</text>')
+    return "".join(texts)
 
 
 def _dots(places: Ints, kind: int) -> str:

@@ -110,6 +110,25 @@ def test_keys_and_clicks_move_it(browser: Browser, file: Path, run: Shown) -> No
     assert browser.complaints() == []
 
 
+def test_the_list_of_legs_is_one_stop_with_arrows_inside(browser: Browser, file: Path) -> None:
+    browser.look(file, wide=1280, high=800)
+    stop = (
+        "return [...document.querySelectorAll('.legs button')]"
+        ".filter((b) => b.tabIndex === 0).map((b) => b.innerText)"
+    )
+    here = "return document.activeElement.innerText"
+    last = str(browser.script("return document.querySelectorAll('.legs button').length"))
+    now_s = browser.script(TURNED)
+    browser.script("document.querySelector('.legs button').focus()")
+    for key, leg in (("ArrowDown", "2"), ("End", last), ("ArrowDown", last), ("Home", "1")):
+        browser.press(key)
+        assert browser.script(here) == leg, key
+        assert browser.script(stop) == [leg]
+    assert browser.script(TURNED) == now_s  # the list's keys are not those of time
+    browser.driver.switch_to.active_element.send_keys("\ue004")  # Tab
+    assert browser.script("return document.activeElement.tagName") == "SUMMARY"
+
+
 def test_a_tap_gives_coordinates_and_a_command(browser: Browser, file: Path) -> None:
     browser.look(file, wide=1280, high=800)
     browser.tap(400, 400)
@@ -187,10 +206,13 @@ def test_without_a_script_it_is_still_read(browser: Browser, file: Path, run: Sh
         shown_now = browser.driver.find_elements("css selector", "#still, .legs, #odds, #bar, #map")
         kinds = {one.tag_name: one.is_displayed() for one in shown_now}
         text = browser.driver.find_element("css selector", "#odds").text
+        ids = ("methods", "still")
+        places = {one: browser.driver.find_element("id", one).location["y"] for one in ids}
     finally:
         browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
     assert kinds == {"svg": True, "table": True, "ul": True, "div": False, "canvas": False}
     assert re.search(odds(run.evaluated.detection_probability), text)
+    assert places["methods"] < places["still"]  # on a phone figures come before the map
 
 
 def test_it_follows_the_clock_while_the_flight_lasts(

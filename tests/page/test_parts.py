@@ -26,7 +26,7 @@ from planner.page.earth import band as band_of
 from planner.page.frame import MOST, NEVER, Frame, packed
 from planner.page.legend import dots
 from planner.page.rows import CLIMBS, COMES_DOWN, HOME, HOVERS, rows_of
-from planner.page.still import still
+from planner.page.still import Flown, still
 from planner.page.targets import MOST_KNOTS, MOST_TARGETS, drawn_knots, picked
 from planner.page.words import Clock, for_posix, for_powershell, odds
 from support.page_runs import called, drives, shown
@@ -279,11 +279,23 @@ def test_a_command_is_numbers_but_for_the_net(berlin: OpenScenario) -> None:
     assert call["rest"] == ["--drone-at=52.43046,13.52019", "--battery=25min"]
 
 
+def test_legs_are_numbered_in_the_still_picture_where_there_is_room() -> None:
+    begins_m = np.array([[0.0, 0.0], [1.0, 1.0], [500.0, 500.0], [5000.0, 0.0]])
+    picture = still(
+        Box(-500.0, -500.0, 1000.0, 1000.0),
+        roads=[],
+        targets_m=np.zeros((0, 2)),
+        flights=[Flown(Track([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [[0.0, 1.0]]), begins_m)],
+        label="map",
+    )
+    assert re.findall(r"<text [^>]*>(\d+)</text>", picture) == ["1", "3"]
+
+
 def test_targets_look_alike_in_the_legend_and_the_still_picture() -> None:
     """Of many targets the looks begin anew, in both at the same one."""
     many = 6
     box, xy_m = Box(0.0, 0.0, 100.0, 100.0), np.full((many, 2), 50.0)
-    picture = still(box, roads=[], targets_m=xy_m, target=np.arange(many), tracks=[], label="")
+    picture = still(box, roads=[], targets_m=xy_m, target=np.arange(many), flights=[], label="")
     there = re.findall(r'class="targets ?(t\d)?"', picture)
     shapes = dots({number: f"target {number}" for number in range(many)}).split("</svg>")[:-1]
     listed = [(re.findall(r'class="(t\d)"', shape) or [""])[0] for shape in shapes]
