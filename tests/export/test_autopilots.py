@@ -1,8 +1,11 @@
 """MAVSDK, which ground stations use, imports the missions for both autopilots."""
 
+import re
+import runpy
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,7 @@ from support.flight_files import flight_at
 
 BEAT_S = 0.2
 TRIES_S = 20.0
+DOCUMENTED = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
 
 def beat(port: int, firmware: int, stop: threading.Event) -> None:
@@ -26,27 +30,53 @@ def beat(port: int, firmware: int, stop: threading.Event) -> None:
     link.close()
 
 
+@contextmanager
+def heard(firmware: int) -> Iterator[str]:
+    """The address at which a vehicle is heard meanwhile."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    stop = threading.Event()
+    vehicle = threading.Thread(target=beat, args=(port, firmware, stop), daemon=True)
+    vehicle.start()
+    try:
+        yield f"udpin://127.0.0.1:{port}"
+    finally:
+        stop.set()
+        vehicle.join()
+
+
 @pytest.fixture(params=[3, 12], ids=["ardupilot", "px4"])
 def importer(request: pytest.FixtureRequest) -> Iterator[tuple[str, Any]]:
     """The vehicle's name, and MAVSDK's raw missions while a vehicle of that kind is there."""
     from mavsdk import ComponentType, Configuration, Mavsdk
     from mavsdk.plugins.mission_raw import MissionRaw
 
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    stop = threading.Event()
-    vehicle = threading.Thread(target=beat, args=(port, request.param, stop), daemon=True)
-    vehicle.start()
     kind = ComponentType.GROUND_STATION
     sdk = Mavsdk(Configuration.create_with_component_type(kind))
-    try:
-        sdk.add_any_connection(f"udpin://127.0.0.1:{port}")
-        yield request.node.callspec.id, MissionRaw(sdk.first_autopilot(TRIES_S))
-    finally:
-        stop.set()
-        vehicle.join()
-        sdk.destroy()
+    with heard(request.param) as address:
+        try:
+            sdk.add_any_connection(address)
+            yield request.node.callspec.id, MissionRaw(sdk.first_autopilot(TRIES_S))
+        finally:
+            sdk.destroy()
+
+
+def test_a_ground_station_loads_it_as_the_documentation_says(tmp_path: Path) -> None:
+    (code,) = re.findall(r"```python\n(from mavsdk.*?)```", DOCUMENTED, re.DOTALL)
+    program, file = tmp_path / "station.py", tmp_path / "flight.plan"
+    file.write_text(plan_file(flight_at(-33.9, 18.4)), encoding="utf-8")
+    before, uploads = code.split("raw.upload", 1)  # nothing is there that would take it
+    with heard(3) as address:
+        here = before.replace("udpin://0.0.0.0:14540", address)
+        program.write_text(here.replace("runs/berlin/flight/flight.plan", str(file)))
+        found = runpy.run_path(str(program))
+        found["sdk"].destroy()
+    assert address in program.read_text()
+    assert len(found["mission"].mission_items) >= 6
+    for what, items in re.findall(r"raw\.(\w+)\(mission\.(\w+)\)", "raw.upload" + uploads):
+        assert callable(getattr(found["raw"], what))
+        assert hasattr(found["mission"], items)
 
 
 def test_it_imports_the_plan(importer: tuple[str, Any], tmp_path: Path) -> None:
