@@ -34,6 +34,14 @@ def add_call(parser: argparse.ArgumentParser) -> None:
         help="a .net.xml, a .sumocfg or an OpenStreetMap file; or a scenario, whose net, airspace "
         "and sensor are taken",
     )
+    _add_target(parser)
+    _add_drone(parser)
+    add_settings(parser)
+    add_permit(parser)
+
+
+def _add_target(parser: argparse.ArgumentParser) -> None:
+    """Add where and when the target was last seen, and what it is."""
     parser.add_argument(
         "--last-seen", required=True, metavar="WHERE", help="where the target was last seen"
     )
@@ -54,6 +62,10 @@ def add_call(parser: argparse.ArgumentParser) -> None:
         help="what it is: driving, fleeing, joyride, lorry, lost, parked, or a .toml with keys of "
         "[target] (default: %(default)s)",
     )
+
+
+def _add_drone(parser: argparse.ArgumentParser) -> None:
+    """Add where the drone is, what it is, and from when until when it flies."""
     parser.add_argument(
         "--drone-at",
         required=True,
@@ -79,8 +91,6 @@ def add_call(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--battery", metavar="25min", help="how long it can be in the air (default: the aircraft's)"
     )
-    add_settings(parser)
-    add_permit(parser)
 
 
 def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
