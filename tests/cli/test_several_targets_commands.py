@@ -82,7 +82,6 @@ def test_one_mission_says_who_is_found_when(run: Path, capsys: pytest.CaptureFix
     [
         ["certify", "RUN"],
         ["ask", "RUN"],
-        ["fly", "RUN", "--live", "news.jsonl"],
         ["fly", "RUN", "--alarms", "1/600"],
         ["fly", "RUN", "--route", "r0c0-r0c1", "--target-speed", "20", "--force"],
         ["replan", "RUN", "--at", "1500", "--lost-at", "r2c2"],
@@ -173,3 +172,17 @@ def test_the_page_tells_targets_apart(run: Path) -> None:
     assert "There are 2 targets: odds and times above are of one of them, on average." in page
     for words in ("blue may be here", "All of them: found ", 'class="targets t1"', '"kind":"'):
         assert words in page
+
+
+def test_live_goes_on_until_all_targets_are_found(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    news, out = tmp_path / "news.jsonl", tmp_path / "live.jsonl"
+    found = ['{"kind": "found", "target": "blue", "now": 1500}', '{"kind": "found", "target": 1}']
+    news.write_text("\n".join(found) + "\n")
+    assert main(["fly", str(run), "--live", str(news), "--auto", "-o", str(out), "-j", "1"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert [line for line in said if line.startswith("found: ")] == [
+        "found: blue",
+        "found: target 1",
+    ]
