@@ -78,7 +78,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lost-at",
         metavar="PLACE",
-        help="where a found target was lost again (of several UAVs, say with --uav who followed it)",
+        help="where a found target was lost again (of several UAVs say with --uav who followed it)",
     )
     parser.add_argument(
         "--gap", type=span, metavar="S", help="with --lost-at: how long ago (default: 30)"

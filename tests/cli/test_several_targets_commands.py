@@ -186,3 +186,23 @@ def test_live_goes_on_until_all_targets_are_found(
         "found: blue",
         "found: target 1",
     ]
+
+
+def test_the_checker_finds_when_any_and_all_are_found(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    particles = tmp_path / "particles"
+    assert main(["futures", str(run / "run.json"), "-o", str(particles)]) == 0
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    check = import_module("verify").main
+    capsys.readouterr()
+    assert check([str(run), "--futures", str(particles)]) == 0
+    assert "last: found_probability" in capsys.readouterr().out
+    content = json.loads((run / "plan.json").read_text())
+    for name, key in (("first", "expected_detection_time_s"), ("last", "found_probability")):
+        forged = json.loads(json.dumps(content))
+        forged["planned"][name][key] *= 0.999
+        (tmp_path / "plan.json").write_text(json.dumps(forged))
+        assert check([str(tmp_path), "--futures", str(particles)]) == 1
+        (wrong,) = [line for line in capsys.readouterr().out.splitlines() if "WRONG" in line]
+        assert wrong.startswith(f"{name}: {key}")
