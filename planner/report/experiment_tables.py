@@ -28,10 +28,10 @@ sees, with its 95 % interval. *Bound* is how far that plan is above a lower boun
 roads, as a share of the bound, both on the particles planned with; in brackets, where such a bound
 takes too large a table or the drone has to come home, above one on any flight whatever. Each method
 has the scenario's own budget; its column tells how far its plan is above the best known, on the
-same fresh targets. `orienteering` plans with OR-Tools; `anneal-waypoints` may leave the roads and
-so be better than the best known; *best pattern* is the best, on these targets, of what pilots fly
-without a planner; - where a method cannot work on the instance. The best known was chosen on other
-targets than these, so that another plan may be a little better.
+same fresh targets. `orienteering` plans with OR-Tools; `cells` and `anneal-waypoints` may leave the
+roads and so be better than the best known; *best pattern* is the best, on these targets, of what
+pilots fly without a planner; - where a method cannot work on the instance. The best known was
+chosen on other targets than these, so that another plan may be a little better.
 
 """
 MOST_LINES = 60  # further ones are left out of a terminal

@@ -1,7 +1,7 @@
 """Times and lengths as people read them, and the look of tables."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
@@ -108,8 +108,10 @@ class FittingTable:
     def _table(self, shown: Sequence[int]) -> "Table":
         table, widths = titled_table(self.title), self._widths()
         for k in shown:
-            header, _, left, _ = self.columns[k]
-            table.add_column(header, justify="left" if left else "right", min_width=widths[k])
+            header, _, left, wraps = self.columns[k]
+            # Only what wraps may get narrower: Rich would take from the widest columns alike.
+            justify: Literal["left", "right"] = "left" if left else "right"
+            table.add_column(header, justify=justify, min_width=widths[k], no_wrap=not wraps)
         for number, row in enumerate(self.rows, 1):
             table.add_row(*(row[k] for k in shown), end_section=number in self._section_ends)
         return table

@@ -21,7 +21,7 @@ from planner.network.road_network import RoadNetwork
 from planner.report.airspace_map import draw_airspace, tell_airspace
 from planner.report.curves import draw_curves, shown_until_s
 from planner.report.figure import axes_at, in_percent, new_figure
-from planner.report.formats import length
+from planner.report.formats import length, time_unit
 from planner.report.maps import (
     FOUND_COLOUR,
     TARGET_COLOUR,
@@ -46,8 +46,9 @@ from planner.search.problem import Problem
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# How many moments are shown beside a plan, and how wide, inches.
-ON_GRID, IN_TOWN = (4, 1.375), (3, 1.86)
+# How many moments are shown beside a plan, how wide, inches, and the size of the words above them,
+# of which there are more where targets go.
+USUAL, WHERE_SOME_GO = (4, 1.375, 9.0), (3, 1.86, 8.0)
 MOST_PIECES = 300  # of a flight, that a map shows
 
 
@@ -79,24 +80,27 @@ def plan_picture(
     with new_figure(path, (12.8, 6.9), title, attribution) as figure:
         until_s = shown_until_s(problem, evaluations.values())
         in_town = not problem.network.is_abstract
-        draw, (many, wide) = (_draw_town, IN_TOWN) if in_town else (_draw_plan, ON_GRID)
+        draw = _draw_town if in_town else _draw_plan
+        some_go = bool(problem.futures.gone.any())
+        many, wide, size = WHERE_SOME_GO if in_town or some_go else USUAL
         view = draw(axes_at(figure, 0.65, 0.6, 5.45, 5.45), problem, plan, seen_at, until_s)
         curves = axes_at(figure, 6.9, wide + 1.375, 5.75, 4.675 - wide)
         draw_curves(curves, problem, plan, evaluations, until_s)
         moments = moments_s(problem, seen_at, many)
-        unit, unit_s = ("s", 1.0) if any(t % 60.0 for t in moments) else ("min", 60.0)
+        unit, unit_s = time_unit(until_s)  # as along the curves, unless moments are too near
+        if any(time_s % unit_s for time_s in moments):
+            unit, unit_s = "s", 1.0
         for moment, time_s in enumerate(moments):
             axes = axes_at(figure, 6.9 + (wide + 0.083) * moment, 0.25, wide, wide)
             share = _draw_moment(axes, problem, plan, view, seen_at, time_s)
             label = f"{time_s / unit_s:,.0f} {unit}: {percent(share, 0)} found"
             left = left_unseen(problem.futures, evaluated, time_s) / problem.objective.sought
-            size = 8.0 if in_town else 9.0  # there are more words above wider maps
             axes.set_title(
                 label + (f", {percent(left, 0)} gone" if left else ""), size=size, pad=3.5
             )
         note = "futures planned with: not found yet (blue), found (grey); UAV: triangle"
-        if in_town and problem.futures.gone.any():
-            note += "\ngone: has left the map, not found"
+        if some_go:
+            note += f"\ngone: has {'left the map' if in_town else 'reached its goal'}, not found"
         figure.text(6.9 / 12.8, (wide + 0.595) / figure.get_figheight(), note, size=9.5)
 
 

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -248,3 +249,34 @@ def test_the_labels_of_a_small_map_stay_in_the_picture(
             box = axis.label.get_window_extent()
             assert box.x0 > 0.0
             assert box.y0 > 0.0
+
+
+@pytest.mark.parametrize(("seen_s", "unit"), [(900.0, "s"), (6000.0, "min")])
+def test_moments_are_told_in_the_unit_of_the_curves(
+    tmp_path: Path, seen_s: float, unit: str
+) -> None:
+    futures = PROBLEM.futures
+    seen_at = np.linspace(seen_s / 2, seen_s, len(futures))
+    found = Evaluation(seen_at, futures.weight, futures.end_s, PROBLEM.objective)
+    plan_picture(tmp_path / "p.svg", PROBLEM, WAIT, evaluations={"planned": found})
+    said = texts(tmp_path / "p.svg")
+    assert f"time ({unit})" in said
+    moments = [text.partition(":")[0] for text in said if text.endswith("% found")]
+    assert len(moments) == 4
+    assert {moment.split()[-1] for moment in moments} == {unit}
+
+
+def test_where_targets_go_there_is_room_to_say_so(tmp_path: Path) -> None:
+    futures = replace(PROBLEM.futures, gone=np.ones(len(PROBLEM.futures), bool))
+    goes = PROBLEM.replace(futures=futures)
+    missed = Evaluation(
+        np.where(np.arange(len(futures)) % 2, np.inf, 6000.0),
+        futures.weight,
+        np.full(len(futures), 1000.0),
+        goes.objective,
+    )
+    plan_picture(tmp_path / "p.svg", goes, WAIT, evaluations={"planned": missed})
+    said = texts(tmp_path / "p.svg")
+    above = [text for text in said if re.search(r"\d+ % (found|gone)$", text) and ": " in text]
+    assert len([text for text in above if "found" in text]) == 3  # wider than the usual four
+    assert "gone: has reached its goal, not found" in said

@@ -22,6 +22,7 @@ from planner.futures.state_at import UNKNOWN, RoadState, by_road, state_at
 from planner.network.georeference import coordinates
 from planner.report.finds import targets_table
 from planner.report.flight_tables import legs_table, waypoints_table
+from planner.report.formats import Column, FittingTable
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
@@ -336,3 +337,18 @@ def test_several_targets_are_compared_by_sums(printed: Callable[[object], str]) 
     table = targets_table(found, ("red", "blue"))
     assert line(printed(table), "blue")[1] == "600 s"
     assert line(printed(table), "all found")[1] == "650 s"
+
+
+@pytest.mark.parametrize("width", [44, 50, 60, 80, 120])
+def test_only_what_wraps_gets_narrower(
+    width: int, printed: Callable[[object], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is the widest column: a cell that may not be parted is there as a whole."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    wide, last = "1 234 567 890 12", "0.0 1.1"
+    table = FittingTable("", (Column("a", left=True, wraps=True), Column("b"), Column("c", rank=1)))
+    table.add_row("Ringstraße, towards the ends of it all, or not", wide, last)
+    text = printed(table)
+    assert wide in text
+    assert (last in text) == ("wider window" not in text) == (width >= 44)
+    assert max(map(len, text.splitlines())) <= width

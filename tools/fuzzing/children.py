@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+from planner.futures.workers import dismiss
+
 CPU_S, MEMORY_MB, FILE_MB = 20, 1500, 200  # beyond its first a case hangs, beyond its second eats
 ADDRESSES_MB = 12_000
 STARVED = 15  # times the processor time, after which a case hangs whatever it has done
@@ -89,6 +91,7 @@ def _child(call: Callable[[], int], folder: Path, logs: Path) -> NoReturn:
             resource.setrlimit(what, (most, most))
         code = _code(call)
         sys.stdout.flush()
+        dismiss()  # as a program does that ends, and `os._exit` does not
     finally:
         os._exit(code)
 
