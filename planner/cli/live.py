@@ -25,7 +25,6 @@ from planner.mission.news_words import heard
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
 from planner.mission.run_folder import open_run, refuse_no_run
-from planner.mission.several import refuse_several
 from planner.report import news_lines
 
 POLL_S = 0.2  # between two looks at the file
@@ -33,10 +32,9 @@ NAME = "live.jsonl"  # in the run's folder
 
 
 def fly_live(arguments: argparse.Namespace) -> int:
-    """Read news until the target is found, the flight is over, or somebody ends it."""
+    """Read news until all targets are found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
-    refuse_several(opened, "fly --live")
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     mission.warm_up()
@@ -54,7 +52,7 @@ def fly_live(arguments: argparse.Namespace) -> int:
             try:
                 meant, now_s = watch.heard(line)
                 listener.say("; ".join(meant.said))
-                if ends(meant):
+                if ends(meant, mission.opened):
                     break
                 live.hear(meant, now_s, listener.decides)
             except InputError as error:

@@ -75,7 +75,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PLACE",
         help="that one more UAV, like UAV 1, takes off from there now; repeatable (more by --news)",
     )
-    parser.add_argument("--lost-at", metavar="PLACE", help="where a found target was lost again")
+    parser.add_argument(
+        "--lost-at",
+        metavar="PLACE",
+        help="where a found target was lost again (of several UAVs say with --uav who followed it)",
+    )
     parser.add_argument(
         "--gap", type=span, metavar="S", help="with --lost-at: how long ago (default: 30)"
     )
