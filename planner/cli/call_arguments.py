@@ -91,7 +91,8 @@ def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
     InputError
         With all words that mean nothing.
     """
-    from planner.mission.call import Words, understood
+    from planner.mission.call import understood
+    from planner.mission.call_words import Words
 
     words = Words(
         net=arguments.net,

@@ -20,7 +20,8 @@ from planner.files import alone_at
 from planner.interrupts import first_interrupt_asks
 from planner.mission.heard import Heard
 from planner.mission.live import BEST, DECIDE_S, Live, Offer, ends
-from planner.mission.news_words import Setting, heard, time_of
+from planner.mission.news_values import Setting, time_of
+from planner.mission.news_words import heard
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
 from planner.mission.run_folder import open_run, refuse_no_run

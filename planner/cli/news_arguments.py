@@ -12,7 +12,8 @@ from planner.errors import InputError
 from planner.guard import parsed_json, read_text
 from planner.mission.debrief import Wanted, reading_of
 from planner.mission.heard import Heard
-from planner.mission.news_words import Setting, heard, sentence
+from planner.mission.news_values import Setting
+from planner.mission.news_words import heard, sentence
 from planner.mission.opening import OpenScenario
 from planner.mission.plan_file import StoredPlan
 from planner.scenario.news import MOST_NEWS
@@ -27,8 +28,8 @@ def add_news(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="TEXT",
-        help='"seen at PLACE at 14:20, 70 %% sure, within 200 m", or "nothing at PLACE from 14:10 '
-        'to 14:20, 80 %%"; repeatable',
+        help='"seen at PLACE at 14:20, 70 %% sure, within 200 m", of several targets "red seen at '
+        '...", or "nothing at PLACE from 14:10 to 14:20, 80 %%"; repeatable',
     )
     parser.add_argument(
         "--news", type=path, metavar="FILE", help="news as lines of JSON (docs/formats.md)"

@@ -172,7 +172,8 @@ def _heard(
 ) -> "tuple[float, Heard]":
     """Return the time, and what all that was said means."""
     from planner.cli.news_arguments import heard_of, setting_of
-    from planner.mission.news_words import heard, time_of
+    from planner.mission.news_values import time_of
+    from planner.mission.news_words import heard
 
     setting = setting_of(opened, stored, stored.plan.take_off_s, Path())
     at_s = time_of("--at", arguments.at, setting)
@@ -222,7 +223,8 @@ def _resumed(
         place = where(arguments.lost_at, opened.network)
         gap_s = follow.GAP_S if arguments.gap is None else arguments.gap
         permit = permit_of(arguments)
-        return follow.lost(arguments.directory, opened, place, standing, gap_s, permit)
+        going_on = resumed(opened, stored.plan, follow.at_loss(opened, place, standing))
+        return follow.lost(arguments.directory, going_on, place, at_s, gap_s, permit)
     if arguments.gap is not None:
         raise InputError("--gap: goes with --lost-at; give both, or leave it out")
     known = with_news(opened.news, heard.news, same_source=heard.same_source)

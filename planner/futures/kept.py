@@ -1,6 +1,6 @@
 """What is recorded so far, particle by particle, so that an interrupted recording goes on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +79,12 @@ class Kept:
     def _add(self, particles: Offsets, part: Futures) -> None:
         self._there[particles] = True
         self._parts.append((particles, part))
+
+
+def recorded_of(several: Sequence[Kept]) -> tuple[int, int]:
+    """Return how many particles are recorded, and how many there will be."""
+    total = sum(one.count for one in several)
+    return total - sum(len(one.missing) for one in several), total
 
 
 def _found(folder: Path) -> Iterator[tuple[Offsets, Futures]]:

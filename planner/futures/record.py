@@ -1,9 +1,10 @@
 """Drives particles through SUMO and records their futures."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from planner.futures.among_traffic import RIDERS, futures_of_riders, ridings
 from planner.futures.fcd import Samples, read_samples
 from planner.futures.forks import CAN_FORK
 from planner.futures.futures import Futures
-from planner.futures.kept import Kept
+from planner.futures.kept import Kept, recorded_of
 from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
 from planner.futures.riders import Ridden, TrafficSession, drive
 from planner.futures.rides import Ride, Session
@@ -122,42 +123,102 @@ def record(
     return record_into(Kept(len(particles)), network, particles, horizon_s, how)
 
 
+class Wanted(NamedTuple):
+    """Particles to be recorded, of which some may be already."""
+
+    kept: Kept
+    particles: Particles
+    horizon_s: float
+
+
 def record_into(
     kept: Kept, network: RoadNetwork, particles: Particles, horizon_s: float, how: How
 ) -> Futures:
     """Return the futures of particles, of which some may be recorded already; keep the others."""
-    if len(kept.missing) == 0:  # stopped after the last particle, before the files were there
-        return _weighted(kept, particles, kept.count)
-    way, tolerance_m = way_of(network, particles), tolerance_of(network, how.tolerance_m)
-    workers = how.backend.size(how.workers)
-    log.info("%d particles are driven %s", len(kept.missing), way.why)
-    if not way.together and not CAN_FORK:
+    (futures,) = record_in_turn([Wanted(kept, particles, horizon_s)], network, how)
+    return futures
+
+
+def record_in_turn(wanted: Sequence[Wanted], network: RoadNetwork, how: How) -> Iterator[Futures]:
+    """Yield the futures of several sets of particles in their order, each once it is complete.
+
+    Meanwhile processes go on with those that follow: none waits for the last ride of a set.
+    """
+    sessions = sum(len(np.unique(one.kept.missing // SESSION)) for one in wanted)
+    sets = [_Set(one, network, how, sessions) for one in wanted]
+    asked = [(one, batch) for one in sets for batch in one.batches]
+    following = deque(sets)
+    for task, answer in _answers([batch.task for _, batch in asked], sets, network, how):
+        one, batch = asked[task]
+        one.take(task, batch, answer)
+        if how.progress is not None:
+            how.progress(*recorded_of([each.kept for each in sets]), one.said)
+        while len(following) > 1 and following[0].is_complete:
+            yield following.popleft().futures()
+    for one in following:
+        yield one.futures()
+
+
+def _answers(
+    tasks: Sequence[Run | Session | TrafficSession],
+    sets: Sequence["_Set"],
+    network: RoadNetwork,
+    how: How,
+) -> Iterator[tuple[int, Any]]:
+    """Yield what comes of each task, after its number."""
+    if not tasks:
+        return
+    if not CAN_FORK and not all(one.way.together for one in sets):
         log.warning(
             "this system cannot fork: SUMO is loaded anew for each ride, to the same effect, but "
             "ten times as slow in towns"
         )
-    batches = list(_batches(network, particles, kept.missing, how, horizon_s))
-    said, due = "", FIRST_NOTED
-    tasks, files = [batch.task for batch in batches], {network.path.absolute(): network.sha256}
-    if how.traffic is not None:
+    files = {network.path.absolute(): network.sha256}
+    if how.traffic is not None and any(isinstance(task, TrafficSession) for task in tasks):
         files |= dict(how.traffic.files)
-    warm: dict[int, Warm] = {}
-    for task_number, answer in how.backend.answers(drive, tasks, workers=workers, files=files):
-        batch = batches[task_number]
+    workers = how.backend.size(how.workers)
+    yield from how.backend.answers(drive, tasks, workers=workers, files=files)
+
+
+class _Set:
+    """Particles of one use, on their way to become futures."""
+
+    def __init__(self, wanted: Wanted, network: RoadNetwork, how: How, sessions: int) -> None:
+        self.kept, self._particles, _ = wanted
+        self._network, self._how = network, how
+        self.way = way_of(network, self._particles)
+        self.said, self._due = "", FIRST_NOTED
+        self._warm: dict[int, Warm] = {}
+        self.batches: list[Batch] = []
+        if not self.is_complete:  # stopped after the last particle, before the files were there
+            log.info("%d particles are driven %s", len(self.kept.missing), self.way.why)
+            self.batches = [*_batches(wanted, network, how, sessions)]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all particles are recorded."""
+        return len(self.kept.missing) == 0
+
+    def take(self, task: int, batch: "Batch", answer: bytes | list[Ride] | Ridden) -> None:
+        """Keep what has come of a part of them."""
         if isinstance(answer, Ridden) and answer.warm is not None:
-            warm[task_number] = answer.warm
-        kept.keep(*_collected(network, particles, batch, answer, tolerance_m))
-        if how.note is not None and not way.together and due <= kept.ready < kept.count:
-            said, due = how.note(_weighted(kept, particles, kept.ready)), 2 * kept.ready
-        if how.progress is not None:
-            how.progress(kept.count - len(kept.missing), kept.count, said)
-    futures = _weighted(kept, particles, kept.count)
-    if how.traffic is not None:
-        _tell_fates(futures, breakdown(list(warm.values()), how.traffic))
-    elif not way.together:
-        drives = particles.stop_s > particles.depart_s + STANDS_S
-        _tell_standing(futures.take(drives), network)
-    return futures
+            self._warm[task] = answer.warm
+        tolerance_m = tolerance_of(self._network, self._how.tolerance_m)
+        self.kept.keep(*_collected(self._network, self._particles, batch, answer, tolerance_m))
+        note, ready = self._how.note, self.kept.ready
+        if note is not None and not self.way.together and self._due <= ready < self.kept.count:
+            self.said, self._due = note(_weighted(self.kept, self._particles, ready)), 2 * ready
+
+    def futures(self) -> Futures:
+        """Return what became of them; what is odd about those driven now is said in the log."""
+        futures = _weighted(self.kept, self._particles, self.kept.count)
+        traffic = self._how.traffic
+        if self.batches and self._particles.driving == "traffic" and traffic is not None:
+            _tell_fates(futures, breakdown([*self._warm.values()], traffic))
+        elif self.batches and not self.way.together:
+            drives = self._particles.stop_s > self._particles.depart_s + STANDS_S
+            _tell_standing(futures.take(drives), self._network)
+        return futures
 
 
 def _tell_fates(futures: Futures, broken: str | None) -> None:
@@ -220,10 +281,15 @@ class Batch(NamedTuple):
     task: Run | Session | TrafficSession
 
 
-def _batches(
-    network: RoadNetwork, particles: Particles, missing: Offsets, how: How, horizon_s: float
-) -> Iterator[Batch]:
-    """Yield what there is to do."""
+def _batches(wanted: Wanted, network: RoadNetwork, how: How, sessions: int) -> Iterator[Batch]:
+    """Yield what there is to do.
+
+    Parameters
+    ----------
+    sessions
+        How many there are in all, in other sets too.
+    """
+    particles, horizon_s, missing = wanted.particles, wanted.horizon_s, wanted.kept.missing
     together, workers = way_of(network, particles).together, how.backend.size(how.workers)
     if particles.driving == "traffic":
         if how.traffic is None:
@@ -233,8 +299,7 @@ def _batches(
         return
     size = SHARED if together else SESSION
     number, first = np.unique(missing // size, return_index=True)
-    sessions = np.split(missing, first[1:]) if len(missing) else []
-    for session, some in zip(number.tolist(), sessions, strict=True):
+    for session, some in zip(number.tolist(), np.split(missing, first[1:]), strict=True):
         if together:
             # In a shared run all take part, or none: they share SUMO's random numbers.
             whole_run = np.arange(session * size, min((session + 1) * size, len(particles)))
@@ -242,7 +307,7 @@ def _batches(
             continue
         seed = session_seed(particles, session)
         by_phase = some[np.argsort(particles.phase_s[some], kind="stable")]
-        for part in np.array_split(by_phase, _shares(len(some), len(number), workers)):
+        for part in np.array_split(by_phase, _shares(len(some), sessions, workers)):
             yield Batch((part,), session_of(network, particles, part, seed, horizon_s))
 
 

@@ -4,11 +4,12 @@ import json
 import logging
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,20 +19,16 @@ from planner.belief.recipe import Recipe
 from planner.cache import cache_folder, is_whole, seal
 from planner.errors import InputError
 from planner.files import results_written_whole
-from planner.futures.cutting import (
-    begun_by_sibling,
-    cut_from_sibling,
-    may_be_cut,
-)
+from planner.futures.cutting import begun_by_sibling, cut_from_sibling, may_be_cut
 from planner.futures.edges_driven import NO_EDGE
 from planner.futures.fcd import Samples, samples_of_rows, tell_of
 from planner.futures.fcd_formats import TEXTS, read_rows, rows_of_table
 from planner.futures.futures import Futures
-from planner.futures.kept import Kept
+from planner.futures.kept import Kept, recorded_of
 from planner.futures.knots import futures_of_samples
 from planner.futures.plausible import SearchTime, check_motion, motion_of_futures, motion_of_samples
 from planner.futures.pooled import pooled
-from planner.futures.record import NO_MATTER, How, record_into, tolerance_of
+from planner.futures.record import NO_MATTER, How, Wanted, record_in_turn, tolerance_of
 from planner.futures.recording_name import recording_name
 from planner.futures.speed_units import in_mps
 from planner.futures.tables import NamedFutures, futures_of_table
@@ -89,6 +86,13 @@ class Recording:
         )
 
 
+class Order(NamedTuple):
+    """What is to be recorded."""
+
+    recipe: Recipe
+    scenario: Mapping[str, Any]  # what it draws from, in the scenario's words; kept in the files
+
+
 def recorded(
     network: RoadNetwork, recipe: Recipe, *, scenario: Mapping[str, Any], how: How = NO_MATTER
 ) -> Recording:
@@ -100,33 +104,72 @@ def recorded(
     Parameters
     ----------
     scenario
-        What the particles are drawn from, in the scenario's words; written into the files.
+        As `Order` has it.
     how
         Its progress is called before the first particle is driven as well; neither that nor its
         note is called if the cache has all.
     """
-    described = describe(network, scenario, tolerance_of(network, how.tolerance_m))
+    (found,) = recorded_in_turn(network, [Order(recipe, scenario)], how)
+    return found
+
+
+def recorded_in_turn(
+    network: RoadNetwork, orders: Sequence[Order], how: How = NO_MATTER
+) -> Iterator[Recording]:
+    """Yield several recordings in their order, each as soon as it is in the cache.
+
+    Meanwhile processes go on with those that follow.
+
+    Parameters
+    ----------
+    how
+        As `recorded` takes it, of all of them together.
+    """
+    with ExitStack() as locks:
+        sets = [_there_or_new(network, order, how, locks) for order in orders]
+        new = [one.wanted for one in sets if isinstance(one, _New)]
+        driven = _driven(new, network, how)
+        for one in sets:
+            yield one if isinstance(one, Recording) else one.written(next(driven), network)
+
+
+@dataclass(frozen=True, eq=False)
+class _New:
+    """A recording that is to be."""
+
+    wanted: Wanted
+    folder: Path
+    unfinished: Path
+    described: Mapping[str, str]
+
+    def written(self, futures: Futures, network: RoadNetwork) -> Recording:
+        """Return it, once it is in the cache."""
+        with results_written_whole(self.folder, force=True) as new:
+            write_recording(new, futures, self.wanted.particles, network, self.described)
+        seal(self.folder)
+        shutil.rmtree(self.unfinished, ignore_errors=True)
+        return _read_kept(self.folder / KNOTS, network)
+
+
+def _there_or_new(
+    network: RoadNetwork, order: Order, how: How, locks: ExitStack
+) -> Recording | _New:
+    """Return a recording that is in the cache, or one that is ours to make, locked."""
+    recipe = order.recipe
+    described = describe(network, order.scenario, tolerance_of(network, how.tolerance_m))
     folder = cache_folder("futures") / recording_name(recipe, network, described)
     unfinished = cache_folder("unfinished") / folder.name
     there = _there(folder, network)
     if there is not None and not unfinished.exists():
         return there
     particles = recipe.particles(network)
-    with held(unfinished):
-        if _there(folder, network) is None:  # another command may have recorded the same meanwhile
-            futures, begun = None, None
-            if may_be_cut(recipe, network):
-                read = partial(_futures_in, network)
-                futures = cut_from_sibling(folder, recipe, particles, read)
-                begun = begun_by_sibling(folder, recipe, read) if futures is None else None
-            if futures is None:
-                kept = Kept(len(particles), unfinished, begun)
-                futures = _driven(kept, network, particles, recipe.horizon_s, how)
-            with results_written_whole(folder, force=True) as new:
-                write_recording(new, futures, particles, network, described)
-            seal(folder)
+    locks.enter_context(held(unfinished))
+    there = _there(folder, network)  # another command may have recorded the same meanwhile
+    if there is not None:
         shutil.rmtree(unfinished, ignore_errors=True)
-    return _read_kept(folder / KNOTS, network)
+        return there
+    kept = Kept(len(particles), unfinished, _begun(folder, recipe, particles, network))
+    return _New(Wanted(kept, particles, recipe.horizon_s), folder, unfinished, described)
 
 
 def _there(folder: Path, network: RoadNetwork) -> Recording | None:
@@ -138,21 +181,31 @@ def _there(folder: Path, network: RoadNetwork) -> Recording | None:
         return None
 
 
-def _driven(
-    kept: Kept, network: RoadNetwork, particles: Particles, horizon_s: float, how: How
-) -> Futures:
-    """Return the futures of particles, of which some may be kept from an interrupted recording."""
-    if how.progress is not None:
-        how.progress(kept.count - len(kept.missing), kept.count)
-    with undone_if_stopped(partial(_say_kept, kept)):
-        return record_into(kept, network, particles, horizon_s, how)
+def _begun(
+    folder: Path, recipe: Recipe, particles: Particles, network: RoadNetwork
+) -> Futures | None:
+    """Return the first particles of a recording that is to be, or all, from others in the cache."""
+    if not may_be_cut(recipe, network):
+        return None
+    read = partial(_futures_in, network)
+    cut = cut_from_sibling(folder, recipe, particles, read)
+    return begun_by_sibling(folder, recipe, read) if cut is None else cut
 
 
-def _say_kept(kept: Kept) -> None:
+def _driven(wanted: Sequence[Wanted], network: RoadNetwork, how: How) -> Iterator[Futures]:
+    """Yield the futures of some sets, of which parts may be kept from interrupted recordings."""
+    done, total = recorded_of([one.kept for one in wanted])
+    if how.progress is not None and done < total:
+        how.progress(done, total)
+    with undone_if_stopped(partial(_say_kept, wanted)):
+        yield from record_in_turn(wanted, network, how)
+
+
+def _say_kept(wanted: Sequence[Wanted]) -> None:
     """Say, where a recording is stopped, that it goes on later."""
-    some = kept.count - len(kept.missing)
-    if some:
-        text = f"planner: {some:,} of {kept.count:,} particles are recorded and kept\n"
+    done, total = recorded_of([one.kept for one in wanted])
+    if done:
+        text = f"planner: {done:,} of {total:,} particles are recorded and kept\n"
         os.write(2, text.encode())  # not by way of sys.stderr, which the main thread may hold
 
 

@@ -1,27 +1,28 @@
 """A target that was found and is lost again: to find it anew is to plan on a tight belief.
 
 Time 0 is the moment of the loss from then on, and the place of it is where the target starts.
-Without a plan the UAV would wait where it lost it.
+Without a plan the UAV would wait where it lost it, and all others where they are.
 """
 
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from planner.clock import clock
 from planner.detection.evaluation import Evaluation
 from planner.errors import InputError
+from planner.flight.plan import Plan, Sortie
 from planner.futures.none import NO_TARGETS
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
-from planner.mission.planning import problem_of
-from planner.mission.resume import OfUav, Resumed, Standing
+from planner.mission.planning import problems_of
+from planner.mission.resume import Resumed, Standing
 from planner.mission.run_folder import PROVENANCE
-from planner.mission.several import refuse_fleet, refuse_several
+from planner.mission.several import refuse_several
 from planner.network.place_words import Where
 from planner.scenario.toml_text import toml_text
+from planner.scenario.uav import UavSection
 from planner.search.plan import plan_of_wait
 
 RADIUS_M = 30.0  # how well the place of a loss is known
@@ -31,22 +32,24 @@ EVERY_S = 300.0  # how often it is lost, for the share of time in contact
 
 def lost(
     folder: Path,
-    opened: OpenScenario,
+    going_on: Resumed,
     place: Where,
-    standing: Standing,
+    at_s: float,
     gap_s: float = GAP_S,
     permit: Permit = NO_PERMIT,
 ) -> Resumed:
-    """Return the search for a target that was lost, from now on; it waits there if nobody plans.
+    """Return the search for a target that was lost, from now on; all wait if nobody plans.
 
     Parameters
     ----------
     folder
-        Of the run whose target it is, and ``opened`` its scenario.
+        Of the run whose target it is.
+    going_on
+        Its mission from now on; who followed the target is where ``at_loss`` has it.
     place
         Where it was lost.
-    standing
-        Where the UAV is now; where the target was lost, if that does not say.
+    at_s
+        Now, seconds on the target's clock.
     gap_s
         For how long it has been lost, seconds.
     permit
@@ -55,29 +58,38 @@ def lost(
     Raises
     ------
     InputError
-        If no time is left to search, or not one UAV alone follows one target.
+        If no time is left to search.
     """
-    said = _said_of_only(opened, standing)
-    _refuse_no_time(opened, standing.at_s, gap_s)
-    changes = _changes(opened, place, said, standing.at_s, gap_s)
+    opened = going_on.opened
+    _refuse_no_time(opened, at_s, gap_s)
+    changes = _changes(opened, place, at_s - gap_s)
     overrides = [f"{key}={toml_text(value)}" for key, value in changes.items()]
     anew = open_scenario(folder / PROVENANCE, overrides=overrides, permit=permit)
-    there = problem_of(anew, NO_TARGETS)
-    waits = plan_of_wait(there, "hover", there.uav.x_m, there.uav.y_m)
-    return Resumed(anew, waits, gap_s)
+    return Resumed(anew, _waiting(anew), gap_s)
 
 
-def _said_of_only(opened: OpenScenario, standing: Standing) -> OfUav:
-    """Return what is said of the only UAV, which follows the target."""
+def at_loss(opened: OpenScenario, place: Where, standing: Standing) -> Standing:
+    """Return where UAVs are once a target is lost that one of them has followed.
+
+    A single UAV is where the target was lost, if nothing else is said.
+
+    Raises
+    ------
+    InputError
+        If there are several targets, or several UAVs of which none is said to have followed it.
+    """
     refuse_several(opened, "--lost-at")
-    refuse_fleet(opened, "--lost-at: one UAV follows a target")
-    said = standing.uavs.get(0, standing.of_only)
-    if standing.joined or {*standing.uavs} - {0} or said.lost_s is not None:
+    if len(opened.scenario.uavs) == 1 and not standing.joined:
+        said = standing.uavs.get(0, standing.of_only)
+        there = replace(said, xy_m=said.xy_m or (place.x_m, place.y_m))
+        return Standing(standing.at_s, uavs={**standing.uavs, 0: there})
+    named = [standing.of_only, *standing.uavs.values()]
+    if all(one.xy_m is None for one in named):
         raise InputError(
-            "--lost-at: UAV 1 alone follows the target, and flies on; leave out who else flies, "
-            "or is lost"
+            "--lost-at: one of several UAVs has followed the target; say which one, and where it "
+            "is, as --uav 2 --uav-at PLACE"
         )
-    return said
+    return standing
 
 
 def _refuse_no_time(opened: OpenScenario, at_s: float, gap_s: float) -> None:
@@ -91,19 +103,12 @@ def _refuse_no_time(opened: OpenScenario, at_s: float, gap_s: float) -> None:
         raise InputError("target.mix: is several beliefs, none of which starts at the loss anew")
 
 
-def _changes(
-    opened: OpenScenario, place: Where, said: OfUav, at_s: float, gap_s: float
-) -> dict[str, Any]:
-    """Return what is another way from now on, by key of the scenario."""
-    scenario, zero_s, left_s = opened.scenario, at_s - gap_s, said.left_s
-    if left_s is None:
-        landing_s = problem_of(opened, NO_TARGETS).uav.landing_s
-        left_s = landing_s - at_s if np.isfinite(landing_s) else None
-    x_m, y_m = said.xy_m or (place.x_m, place.y_m)
-    in_air = {"place": {"x_m": x_m, "y_m": y_m}, "at_s": gap_s}
+def _changes(opened: OpenScenario, place: Where, zero_s: float) -> dict[str, Any]:
+    """Return what is another way from a time on, which is time 0 then, by key of the scenario."""
+    scenario = opened.scenario
+    uavs = [_from(one, zero_s, scenario.target.last_seen_ago_s) for one in scenario.uavs]
     changes: dict[str, Any] = {
-        "uav.in_air": in_air | ({} if left_s is None else {"left_s": left_s}),
-        "uav.take_off_s": 0.0,
+        "uav": uavs if len(uavs) > 1 else uavs[0],
         "search.horizon_s": scenario.search.horizon_s - zero_s,
         "news": {},
     }
@@ -117,6 +122,29 @@ def _changes(
             moment = scenario.target.sighted_at + timedelta(seconds=zero_s)
             changes[f"{key}.sighted_at"] = moment.isoformat()
     return changes
+
+
+def _from(uav: UavSection, zero_s: float, last_seen_ago_s: float) -> dict[str, Any]:
+    """Return what a scenario says of a UAV, with times since another time 0."""
+    table = uav.model_dump(mode="json", exclude_none=True)
+    table["take_off_s"] = 0.0
+    if uav.in_air is not None:
+        table["in_air"]["at_s"] = uav.in_air.at_s - zero_s
+    elif uav.sorties != 0:
+        table["take_off_s"] = max(0.0, last_seen_ago_s + uav.take_off_s - zero_s)
+    return table
+
+
+def _waiting(opened: OpenScenario) -> Plan:
+    """Return the plan in which each UAV that flies waits where it is."""
+    flying = [
+        (number, plan_of_wait(problem, "hover", problem.uav.x_m, problem.uav.y_m))
+        for number, problem in enumerate(problems_of(opened, NO_TARGETS))
+        if problem.uav.sorties
+    ]
+    tracks = tuple(plan.tracks[0] for _, plan in flying)
+    legs = tuple(plan.legs[0] for _, plan in flying)
+    return Plan("hover", tracks, legs, tuple(Sortie(number) for number, _ in flying))
 
 
 def contact(search: Evaluation, every_s: float = EVERY_S) -> float:

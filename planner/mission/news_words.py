@@ -5,35 +5,30 @@ last seen, a time of day where the scenario says when that was (``target.sighted
 ago as in "-5min". All that is not understood is refused in one line.
 """
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import datetime, timedelta
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from planner.clock import clock, seconds, span, when
+from planner.clock import clock
 from planner.errors import InputError
 from planner.messages import as_written, percent, suggestion
 from planner.mission.heard import Heard
 from planner.mission.joined import Joined
 from planner.mission.news import target_faults
-from planner.network.georeference import coordinates
-from planner.network.place_words import Where, on_road, told, where
-from planner.network.road_network import RoadNetwork
+from planner.mission.news_values import NUMBER, Said, Setting
+from planner.network.place_words import told
 from planner.scenario.faults import faults_of
 from planner.scenario.news import KINDS, NothingNews, ReportNews, SearchedNews
 from planner.scenario.uav import UavSection
-from planner.telemetry.flown import Reading, flown
+from planner.telemetry.flown import flown
 from planner.telemetry.read import read_log
 
 RADIUS_M = 200.0  # how well a place is known, where nobody says
 CLOCKS_S = 60.0  # by which the clocks of people may differ; many tell the minute alone
 STREET_M = 30.0  # how far from its line who drives on a street may be
-NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)"
 HOW_SURE = rf"(?P<sure>{NUMBER}\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>{NUMBER})\s*m)?"
 SENTENCES = {  # in the order in which they are tried
     "nothing": re.compile(
@@ -42,13 +37,14 @@ SENTENCES = {  # in the order in which they are tried
         re.IGNORECASE,
     ),
     "report": re.compile(
-        rf"(?:seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*{HOW_SURE}",
+        rf"(?:(?:(?P<target>\S.*?)\s+)?seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*"
+        rf"{HOW_SURE}",
         re.IGNORECASE,
     ),
 }
 FORMS = (
     '"seen at PLACE at 14:20, 70 % sure" or "nothing at PLACE from 14:10 to 14:20, 80 %", each '
-    'with ", within 200 m" if that is known'
+    'with ", within 200 m" if that is known; of several targets, "red seen at PLACE ..."'
 )
 # of a table [[uav]], of who joins: all but what other words say, and that it flies
 UAV_KEYS = {*UavSection.model_fields} - {"start", "take_off_s", "max_flight_time_s", "in_air"}
@@ -63,17 +59,6 @@ KEYS = {
     "joined": {"place", "ready", "battery", *UAV_KEYS},
 }
 UAV_NAME = re.compile(r"(?:uav\s*)?([1-9]\d{0,5})", re.IGNORECASE)
-
-
-class Setting(NamedTuple):
-    """Where and when words are said."""
-
-    network: RoadNetwork
-    sighted_at: datetime | None  # which moment time 0 is; None: nobody said
-    now_s: float  # seconds on the target's clock
-    folder: Path = Path()  # where relative paths start
-    targets: tuple[str, ...] = ("the target",)  # what each is called, by number
-    reading: Reading | None = None  # how recorded flights are understood; None: there are none
 
 
 def sentence(text: str) -> dict[str, Any]:
@@ -116,12 +101,12 @@ class _Line:
     """One line of news, key by key."""
 
     def __init__(self, line: Mapping[str, Any], setting: Setting) -> None:
-        self._line, self._setting = line, setting
+        self._line, self._setting, self._said = line, setting, Said(line, setting)
 
     def meant(self, kind: str) -> Heard:
         match kind:
             case "delay":
-                lasts_s = self._span("lasts")
+                lasts_s = self._said.span("lasts")
                 return self._of_uav({"late_s": lasts_s}, f"has stood still for {lasts_s:g} s")
             case "uav":
                 return self._uav()
@@ -130,32 +115,33 @@ class _Line:
             case "joined":
                 return self._joined()
             case "found":
-                target = self._target()
-                return self._news(kind, {"target": target}, f"found{self._called(target)}")
+                target = self._said.target()
+                return self._news(kind, {"target": target}, f"found{self._said.called(target)}")
             case "searched":
                 return self._searched()
         return self._of_place(kind)
 
     def _of_place(self, kind: str) -> Heard:
-        place = self._place()
-        radius_m = self._number("radius_m", STREET_M if place.edges else RADIUS_M)
-        table: dict[str, Any] = {"radius_m": radius_m, "sure": self._share("sure")}
+        place = self._said.place()
+        radius_m = self._said.number("radius_m", STREET_M if place.edges else RADIUS_M)
+        table: dict[str, Any] = {"radius_m": radius_m, "sure": self._said.share("sure")}
         if place.edges:
             table["edges"] = list(place.edges)
         else:
             table["place"] = {"x_m": round(place.x_m, 1), "y_m": round(place.y_m, 1)}
         name = told(place, self._setting.network)
         if kind == "nothing":
-            table |= {"from_s": self._time("from"), "to_s": self._time("to")}
+            table |= {"from_s": self._said.time("from"), "to_s": self._said.time("to")}
             return self._news(kind, table, f"nothing at {name}")
         if "sd_m" in self._line:
-            table["sd_m"] = self._number("sd_m", 0.0)
+            table["sd_m"] = self._said.number("sd_m", 0.0)
             del table["radius_m"]
-        table |= {"at_s": self._time("at"), "heard_s": self._setting.now_s}
-        table["target"] = self._target()
+        table |= {"at_s": self._said.time("at"), "heard_s": self._setting.now_s}
+        table["target"] = self._said.target()
         seen = f"seen at {name}, {percent(table['sure'], 0)} sure"
-        told_of = self._news(kind, table, seen + self._called(table["target"]))
-        return replace(told_of, same_source=self._flag("same_source"), insist=self._flag("insist"))
+        told_of = self._news(kind, table, seen + self._said.called(table["target"]))
+        again, insist = self._said.flag("same_source"), self._said.flag("insist")
+        return replace(told_of, same_source=again, insist=insist)
 
     def _searched(self) -> Heard:
         table = {
@@ -163,7 +149,7 @@ class _Line:
             for key in ("waypoints", "sensor_on", "detects", "speed_mps")
             if key in self._line
         }
-        table["radius_m"] = self._number("radius_m", 0.0)
+        table["radius_m"] = self._said.number("radius_m", 0.0)
         if "track" in self._line:
             table |= self._track(self._line["track"])
         return self._news("searched", table, f"searched, within {table['radius_m']:g} m")
@@ -181,11 +167,11 @@ class _Line:
         standing: dict[str, Any] = {}
         said = []
         if "place" in self._line:
-            place = self._place(moved=False)
+            place = self._said.place(moved=False)
             standing["xy_m"] = (place.x_m, place.y_m)
             said.append(f"is at {told(place, self._setting.network)}")
         if "battery" in self._line:
-            standing["left_s"] = self._span("battery")
+            standing["left_s"] = self._said.span("battery")
             said.append(f"has a battery for {standing['left_s']:g} s")
         if not standing:
             raise InputError("uav: says neither its place nor its battery; give one of them")
@@ -194,17 +180,17 @@ class _Line:
     def _lost(self) -> Heard:
         if "uav" not in self._line:
             raise InputError("uav: is missing; say which UAV is lost, as uav 2")
-        lost_s = self._time("at") if "at" in self._line else self._setting.now_s
+        lost_s = self._said.time("at") if "at" in self._line else self._setting.now_s
         self._refuse_later("at", lost_s)
         return self._of_uav({"lost_s": lost_s}, f"lost at {clock(lost_s)}")
 
     def _joined(self) -> Heard:
-        place = self._place(moved=False)
-        ready_s = self._time("ready") if "ready" in self._line else self._setting.now_s
+        place = self._said.place(moved=False)
+        ready_s = self._said.time("ready") if "ready" in self._line else self._setting.now_s
         table = {key: self._line[key] for key in {*self._line} & UAV_KEYS}
         table["start"] = {"x_m": place.x_m, "y_m": place.y_m}
         if "battery" in self._line:
-            table["max_flight_time_s"] = self._span("battery")
+            table["max_flight_time_s"] = self._said.span("battery")
         said = f"one more UAV joins from {told(place, self._setting.network)} at {clock(ready_s)}"
         return Heard(standing={"joined": (Joined(ready_s, table),)}, said=(said,))
 
@@ -252,107 +238,3 @@ class _Line:
                 f"{key}: {clock(last_s)} is still to come, as it is {clock(now_s)} now; give when "
                 "it was"
             )
-
-    # Values
-
-    def _target(self) -> Any:
-        """Return which target news is of, from 0 on; it is said by its name, or by its number."""
-        names = self._setting.targets
-        if len(names) == 1:
-            return self._line.get("target", 0)
-        said = self._line.get("target")
-        if said is None:
-            raise InputError(f"target: is missing; give which it is: {', '.join(names)}")
-        if said in names:
-            return names.index(said)
-        number = int(said) if str(said).isdecimal() else 0  # as it is printed, from 1 on
-        if not 1 <= number <= len(names):
-            hint = f"{suggestion(str(said), names)}, or 1 to {len(names)}"
-            raise InputError(f"target: {as_written(said)} is none of the targets; {hint}")
-        return number - 1
-
-    def _called(self, target: Any) -> str:
-        """Return of which target something is said; nothing where there is one."""
-        names = self._setting.targets
-        known = len(names) > 1 and target in range(len(names))
-        return f": {names[target]}" if known else ""
-
-    def _place(self, *, moved: bool = True) -> Where:
-        said = self._line.get("place")
-        if isinstance(said, Mapping) and {*said} == {"x_m", "y_m"}:
-            x_m, y_m = (_finite(f"place.{key}", said[key]) for key in ("x_m", "y_m"))
-            return Where(x_m, y_m, coordinates(self._setting.network, np.array([x_m, y_m])))
-        if not isinstance(said, str):
-            raise InputError("place: should be a place in words, or { x_m, y_m }; give one")
-        place = where(said, self._setting.network)
-        if place.edges or not moved or self._setting.network.is_abstract:
-            return place
-        return on_road(said, place, self._setting.network)[0]
-
-    def _time(self, key: str) -> float:
-        return time_of(key, self._line.get(key), self._setting)
-
-    def _span(self, key: str) -> float:
-        value = self._line.get(key)
-        if isinstance(value, str):
-            return span(value)
-        if value is None or _finite(key, value) < 0.0:
-            raise InputError(f"{key}: is missing, or negative; give how long, as 90s or 2min")
-        return _finite(key, value)
-
-    def _share(self, key: str) -> float:
-        value = self._line.get(key)
-        if isinstance(value, str):
-            found = re.fullmatch(rf"({NUMBER})\s*(%?)", value.strip())
-            value = float(found[1]) / (100.0 if found[2] else 1.0) if found else None
-        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= 1:
-            raise InputError(f"{key}: should be a probability; write 0.7 or 70 %")
-        return float(value)
-
-    def _number(self, key: str, usual: float) -> float:
-        value = self._line.get(key, usual)
-        is_number = isinstance(value, str) and re.fullmatch(NUMBER, value.strip())
-        return float(value) if is_number else _finite(key, value)
-
-    def _flag(self, key: str) -> bool:
-        value = self._line.get(key, False)
-        if not isinstance(value, bool):
-            raise InputError(f"{key}: should be true or false, not {as_written(value)}")
-        return value
-
-
-def _finite(key: str, value: object) -> float:
-    """Return a finite number."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(value):  # type: ignore[arg-type]
-        raise InputError(f"{key}: should be a number, not {as_written(value)}")
-    return float(value)  # type: ignore[arg-type]
-
-
-def time_of(key: str, value: object, setting: Setting) -> float:
-    """Return a time in words as seconds on the target's clock.
-
-    Raises
-    ------
-    InputError
-        If it is none, or a time of day where nobody said when time 0 was.
-    """
-    if value is None:
-        raise InputError(f"{key}: is missing; give a time, as 1200, 0:20:00 or -5min")
-    try:
-        return seconds(value) if not str(value).startswith("-") else _ago(str(value), setting)
-    except InputError:
-        if not isinstance(value, str):
-            raise
-    if setting.sighted_at is None:
-        raise InputError(
-            f"{key}: {as_written(value)} is no time since the target was last seen, and the "
-            "scenario does not say at which time of day that was (target.sighted_at); write "
-            "1200, 0:20:00 or -5min"
-        )
-    now = setting.sighted_at + timedelta(seconds=setting.now_s)
-    return (when(value, now) - setting.sighted_at).total_seconds()
-
-
-def _ago(text: str, setting: Setting) -> float:
-    return setting.now_s - span(text[1:])

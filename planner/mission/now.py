@@ -7,7 +7,7 @@ when the plan is there, or when it is ready, whichever is later.
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -46,6 +46,7 @@ from planner.search.methods import METHODS, Method, method_named
 from planner.search.stop import Asked
 
 METHOD = METHODS[0]
+RECORDED = "particles and targets"
 WAITS = "best-crossing"
 STANDS = ("hover", WAITS)  # patterns that go nowhere
 EVERY_S = 5.0  # take-offs are told in such steps
@@ -76,6 +77,14 @@ class _Rival(NamedTuple):
     name: str
     plan: Plan
     waits: bool = False  # at a crossing, which is its name
+
+
+class _Searched(NamedTuple):
+    """What a search has found."""
+
+    take_off_s: float  # of the drone that it is for, since the call
+    attempts: list[Attempt]  # one for each place
+    there_s: float  # when it was there
 
 
 class _Enough(Exception):
@@ -156,26 +165,25 @@ class _Planning:
     def _planned(self, rung: Rung, sites: Sequence[int]) -> FirstPlan:
         """Return the plan from the best of several places that is there when the drone takes off.
 
-        All is recorded before it is known when that is: the particles do not depend on the drone.
+        All but the fresh targets is recorded before it is known when that is: the particles do not
+        depend on the drone. The fresh ones are driven while the search goes on.
         """
         opened = self._opened(rung, sites[0], self._call.ready_s)
-        planning = self._recorder(opened, "particles").planning()
-        holdout = None
-        if needs_holdout(METHOD, opened):
-            holdout = self._recorder(opened, "holdout particles").holdout().futures
-        fresh = self._recorder(opened, "fresh targets").evaluation()
-        while True:
-            begun_s = self._how.elapsed_s()
-            take_off_s = self._take_off_s(rung.work * len(sites))
-            found = [
-                self._attempt(METHOD, self._opened(rung, site, take_off_s), planning, holdout)
-                for site in sites
-            ]
-            trials = [attempt.met(fresh.futures) for attempt in found]
+        recorder, chooses = self._recorder(opened, RECORDED), needs_holdout(METHOD, opened)
+        begun_s = self._how.elapsed_s()
+        with closing(recorder.in_turn(holdout=chooses)) as sets:
+            planning = next(sets)
+            holdout = next(sets).futures if chooses else None
+            rides = len(planning.futures) + (0 if holdout is None else len(holdout))
+            wait_s = (self._how.elapsed_s() - begun_s) * rung.targets / rides
+            found = self._searched(rung, sites, planning, holdout, wait_s)
+            fresh = next(sets)
             now_s = self._how.elapsed_s()
-            self._unit_s = (now_s - begun_s) / (rung.work * len(sites))
-            if now_s <= take_off_s:
-                break
+        while now_s > found.take_off_s:
+            found = self._searched(rung, sites, planning, holdout)
+            now_s = found.there_s
+        take_off_s = found.take_off_s
+        trials = [attempt.met(fresh.futures) for attempt in found.attempts]
         judges = fresh.futures if holdout is None else holdout
         trial = trials[0]
         for other in trials[1:]:
@@ -201,10 +209,35 @@ class _Planning:
             sites=tuple(zip(names, (one.evaluated for one in trials), strict=True)),
         )
 
-    def _take_off_s(self, work: int) -> float:
-        """Return when the drone takes off if a search of some work begins now."""
+    def _searched(
+        self,
+        rung: Rung,
+        sites: Sequence[int],
+        planning: Recording,
+        holdout: Futures | None,
+        wait_s: float = 0.0,
+    ) -> "_Searched":
+        """Return what is found for each place.
+
+        Parameters
+        ----------
+        wait_s
+            For how long there are no fresh targets yet.
+        """
+        begun_s, work = self._how.elapsed_s(), rung.work * len(sites)
         takes_s = FIRST_S if self._unit_s is None else SPARE * self._unit_s * work
-        there_s = self._how.elapsed_s() + takes_s + WRITES_S
+        take_off_s = self._take_off_s(begun_s + max(takes_s, wait_s))
+        found = [
+            self._attempt(METHOD, self._opened(rung, site, take_off_s), planning, holdout)
+            for site in sites
+        ]
+        there_s = self._how.elapsed_s()
+        self._unit_s = (there_s - begun_s) / work
+        return _Searched(take_off_s, found, there_s)
+
+    def _take_off_s(self, there_s: float) -> float:
+        """Return when the drone takes off if its plan is there at a time, but for the files."""
+        there_s += WRITES_S
         take_off_s = max(self._call.ready_s, EVERY_S * math.ceil(there_s / EVERY_S))
         target, search = self._call.tables["target"], self._call.tables["search"]
         if self._best and target["last_seen_ago_s"] + take_off_s >= search["horizon_s"]:

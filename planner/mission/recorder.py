@@ -1,11 +1,11 @@
 """Records the targets that planners and missions need, each for one use."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Real
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
 from planner.futures.record import How, Note
-from planner.futures.store import Recording, recorded
+from planner.futures.store import Order, Recording, recorded, recorded_in_turn
 from planner.futures.workers import HERE, Backend
 from planner.mission.news import given
 from planner.mission.opening import OpenScenario
@@ -31,6 +31,16 @@ UNSEEN = ("evaluation", "truth")  # streams of targets that no planner may know
 ENOUGH, MOST_SETS = 100, 8  # draws that weights are to be worth; sets of particles recorded for it
 
 log = logging.getLogger(__name__)
+
+
+class _Set(NamedTuple):
+    """Targets of one use."""
+
+    prior: Belief
+    many: int
+    name: tuple[str | int, ...]  # of their random stream
+    sampling: Sampling = "iid"
+    seed: int | None = None  # None: the scenario's
 
 
 @dataclass(frozen=True)
@@ -54,31 +64,20 @@ class Recorder:
 
     def planning(self, step: int | None = None) -> Recording:
         """Return the particles that planners work on; a number gives another, disjoint set."""
-        search = self.opened.scenario.search
-        name = ("particles",) if step is None else ("particles", whole("step", step))
-        return self._enough(self.opened.prior, search.particles, name, search.sampling)
+        return self._enough(self._to_plan_with(step))
 
     def planning_particles(self) -> Particles:
         """Return the particles that `planning` records, before they move."""
-        search = self.opened.scenario.search
-        recipe = self._recipe(
-            self.opened.prior, search.particles, ("particles",), sampling=search.sampling
-        )
-        return recipe.particles(self.opened.network)
+        return self._recipe(self._to_plan_with()).particles(self.opened.network)
 
     def bounding(self, number: int) -> Recording:
         """Return one of many sets of as many particles, independent draws whatever the scenario."""
-        many = self.opened.scenario.search.particles
-        return self._left(
-            self._drawn(self.opened.prior, many, ("bounding", whole("number", number)))
-        )
+        many, name = self.opened.scenario.search.particles, ("bounding", whole("number", number))
+        return self._left(self._drawn(_Set(self.opened.prior, many, name)))
 
     def holdout(self) -> Recording:
         """Return the particles on which methods choose between plans."""
-        many = holdout_particles(self.opened.scenario, self.opened.network)
-        # The stream keeps the first name of these: another one would change what is drawn.
-        sampling = self.opened.scenario.search.sampling
-        return self._enough(self.opened.prior, many, ("judges",), sampling)
+        return self._enough(self._to_choose_on())
 
     def proposals(self, recorded: Futures) -> Futures | None:
         """Return many particles by the kinematic clock, to search on; None if there is no clock.
@@ -96,7 +95,7 @@ class Recorder:
         sampling = self.opened.scenario.search.sampling
         if sampling == "all":
             return None
-        recipe = self._recipe(self.opened.prior, PROPOSALS, ("proposals",), sampling=sampling)
+        recipe = self._recipe(_Set(self.opened.prior, PROPOSALS, ("proposals",), sampling))
         return proposals(self.opened, recipe, self.planning_particles, recorded)
 
     def evaluation(self, targets: int | None = None, *, note: Note | None = None) -> Recording:
@@ -110,10 +109,22 @@ class Recorder:
             Where each is driven alone, called with the first ones as soon as there are some, as
             `planner.futures.record.How` has it.
         """
-        if targets is None:
-            targets = fresh_targets(self.opened.scenario, self.opened.network)
-        many = whole("targets", targets, least=1)
-        return self._enough(self.opened.truth_prior, many, ("evaluation",), "iid", note)
+        return self._enough(self._to_evaluate_on(targets), note)
+
+    def in_turn(self, *, holdout: bool) -> Generator[Recording, None, None]:
+        """Yield what a plan takes: `planning`, `holdout` if there is to be one, and `evaluation`.
+
+        Each comes as soon as it is there. Processes go on with those that follow meanwhile, so that
+        they drive the fresh targets while a plan is searched for.
+        """
+        sets = [self._to_plan_with(), self._to_evaluate_on()]
+        if holdout:
+            sets.insert(1, self._to_choose_on())
+        recipes = [self._recipe(one) for one in sets]
+        orders = [Order(recipe, self._described(recipe)) for recipe in recipes]
+        found = recorded_in_turn(self.opened.network, orders, self._how())
+        for one, first in zip(sets, found, strict=True):
+            yield self._enough(one, first=first)
 
     def truths(self, targets: int, *, seed: int) -> Recording:
         """Return true targets for missions, independent draws under their own seed.
@@ -122,7 +133,7 @@ class Recorder:
         """
         many, seed = whole("targets", targets, least=1), whole("seed", seed)
         many *= len(self.opened.scenario.truths)
-        return self._left(self._drawn(self.opened.truth_prior, many, ("truth",), seed=seed))
+        return self._left(self._drawn(_Set(self.opened.truth_prior, many, ("truth",), seed=seed)))
 
     def validation(self, realisations: int, each: int) -> Recording:
         """Return true targets in so many realisations of the traffic that no particle has seen.
@@ -142,7 +153,7 @@ class Recorder:
         search, name = self.opened.scenario.search, ("validation",)
         there = Realisations(traffic.realisations, realisations)
         recipe = Drawn(prior, many, search.horizon_s, search.seed, name, realisations=there)
-        return self._recorded(recipe, self._described("truth", recipe))
+        return self._recorded(recipe, self._described(recipe))
 
     def predefined(
         self, route: Sequence[str], *, speed_mps: float, offset_m: float = 0.0, seed: int
@@ -159,31 +170,41 @@ class Recorder:
         speed_mps, offset_m = float(speed_mps), float(offset_m)
         name, there = ("truth",), self._realisations(prior, unseen=True)
         target = OneTarget(prior, route, speed_mps, offset_m, horizon_s, seed, name, there)
-        return self._recorded(target, {"route": list(route)})
+        return self._recorded(target, {"route": list(route), **self._digest(target)})
+
+    def _to_plan_with(self, step: int | None = None) -> _Set:
+        search = self.opened.scenario.search
+        name = ("particles",) if step is None else ("particles", whole("step", step))
+        return _Set(self.opened.prior, search.particles, name, search.sampling)
+
+    def _to_choose_on(self) -> _Set:
+        many = holdout_particles(self.opened.scenario, self.opened.network)
+        # The stream keeps the first name of these: another one would change what is drawn.
+        sampling = self.opened.scenario.search.sampling
+        return _Set(self.opened.prior, many, ("judges",), sampling)
+
+    def _to_evaluate_on(self, targets: int | None = None) -> _Set:
+        if targets is None:
+            targets = fresh_targets(self.opened.scenario, self.opened.network)
+        many = whole("targets", targets, least=1)
+        return _Set(self.opened.truth_prior, many, ("evaluation",))
 
     def _enough(
-        self,
-        prior: Belief,
-        many: int,
-        name: tuple[str | int, ...],
-        sampling: Sampling,
-        note: Note | None = None,
+        self, one: _Set, note: Note | None = None, first: Recording | None = None
     ) -> Recording:
         """Return targets of a belief; more of them where news leaves hardly any weight."""
-        parts = [self._drawn(prior, many, name, sampling=sampling, note=note)]
-        while not self._suffices(parts) and len(parts) < MOST_SETS and sampling != "all":
-            more = (*name, "more", len(parts))
-            parts.append(self._drawn(prior, many, more, sampling=sampling))
-        first = parts[0]
+        parts = [self._drawn(one, note) if first is None else first]
+        while not self._suffices(parts) and len(parts) < MOST_SETS and one.sampling != "all":
+            parts.append(self._drawn(one._replace(name=(*one.name, "more", len(parts)))))
         if len(parts) == 1:
-            return self._left(first)
+            return self._left(parts[0])
         _warn_once(
             f"news leaves few of the targets drawn: more are, up to {MOST_SETS} times as many"
         )
         log.info(
             "news leaves %s of %s targets; recorded %d times as many",
-            f"{draws(self._given(first.futures).weight):,.0f}",
-            f"{many:,}",
+            f"{draws(self._given(parts[0].futures).weight):,.0f}",
+            f"{one.many:,}",
             len(parts),
         )
         return self._left(Recording.pooled(parts))
@@ -212,26 +233,18 @@ class Recorder:
         opened = self.opened
         return given(futures, opened.news, opened.network, speed_mps=opened.scenario.uav.speed_mps)
 
-    def _drawn(
-        self,
-        prior: Belief,
-        n: int,
-        name: Sequence[str | int],
-        *,
-        sampling: Sampling = "iid",
-        seed: int | None = None,
-        note: Note | None = None,
-    ) -> Recording:
-        recipe = self._recipe(prior, n, name, sampling=sampling, seed=seed)
-        key: Literal["target", "truth"] = "target" if prior is self.opened.prior else "truth"
-        return self._recorded(recipe, self._described(key, recipe), note)
+    def _drawn(self, one: _Set, note: Note | None = None) -> Recording:
+        recipe = self._recipe(one)
+        return self._recorded(recipe, self._described(recipe), note)
 
-    def _described(self, key: Literal["target", "truth"], recipe: Drawn) -> dict[str, Any]:
+    def _described(self, recipe: Drawn) -> dict[str, Any]:
         """Return what particles are drawn from, in the scenario's words."""
         scenario = self.opened.scenario
         beliefs = [
             belief.model_dump(mode="json", exclude_none=True, exclude={"sighted_at", "name"})
-            for belief in (scenario.targets if key == "target" else scenario.truths)
+            for belief in (
+                scenario.targets if recipe.prior is self.opened.prior else scenario.truths
+            )
         ]
         return {
             "target": beliefs[0] if len(beliefs) == 1 else beliefs,
@@ -239,21 +252,21 @@ class Recorder:
             "sampling": recipe.sampling,
             "seed": recipe.seed,
             "stream": list(recipe.stream),
+            **self._digest(recipe),
         }
 
-    def _recipe(
-        self,
-        prior: Belief,
-        n: int,
-        name: Sequence[str | int],
-        *,
-        sampling: Sampling = "iid",
-        seed: int | None = None,
-    ) -> Drawn:
+    def _digest(self, recipe: Drawn | OneTarget) -> dict[str, str]:
+        """Return that of the traffic in which particles ride, if they do."""
+        traffic = self.opened.traffic
+        if recipe.realisations is None or traffic is None:
+            return {}
+        return {"traffic": traffic.digest}
+
+    def _recipe(self, one: _Set) -> Drawn:
         search = self.opened.scenario.search
-        seed = search.seed if seed is None else seed
-        there = self._realisations(prior, unseen=name[0] in UNSEEN)
-        return Drawn(prior, n, search.horizon_s, seed, tuple(name), sampling, there)
+        seed = search.seed if one.seed is None else one.seed
+        there = self._realisations(one.prior, unseen=one.name[0] in UNSEEN)
+        return Drawn(one.prior, one.many, search.horizon_s, seed, one.name, one.sampling, there)
 
     def _realisations(self, prior: Belief, *, unseen: bool) -> Realisations | None:
         """Return in which realisations of the traffic particles ride; None if they ride in none."""
@@ -265,12 +278,12 @@ class Recorder:
     def _recorded(
         self, recipe: Drawn | OneTarget, described: Mapping[str, Any], note: Note | None = None
     ) -> Recording:
-        tolerance_m = self.opened.scenario.futures.tolerance_m
-        how = How(tolerance_m, self.workers, self.progress, note, self.backend)
-        if recipe.realisations is not None and (traffic := self.opened.traffic) is not None:
-            how = how._replace(traffic=traffic)
-            described = {**described, "traffic": traffic.digest}
+        how = self._how(note)
         return recorded(self.opened.network, recipe, scenario=described, how=how)
+
+    def _how(self, note: Note | None = None) -> How:
+        tolerance_m, traffic = self.opened.scenario.futures.tolerance_m, self.opened.traffic
+        return How(tolerance_m, self.workers, self.progress, note, self.backend, traffic)
 
 
 @cache

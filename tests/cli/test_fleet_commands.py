@@ -8,9 +8,11 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from planner.cli import main
+from planner.mission.opening import open_scenario
 from support.command_line import Commands
 from support.town_on_earth import SETS, on_earth
 
@@ -85,13 +87,29 @@ def test_what_is_for_one_uav_is_refused_at_once(run: Commands, two: Path) -> Non
     assert "--alarms: are those of one UAV, and the plan is for several" in said.err
     said = run("replan", two, "--at", 30, "--lost-at", "A")
     assert said.code == 2
-    assert "--lost-at: one UAV follows a target, and the plan is for several" in said.err
+    assert "--lost-at: one of several UAVs has followed the target; say which one" in said.err
     said = run("fly", two, "--track", two / "plan.json")
     assert said.code == 2
     assert "--track: is what one UAV recorded, and the plan is for several" in said.err
 
 
 QUICK = ("--method", "rate", "--targets", 40, "-j", 1, "--json")
+
+
+def test_a_fleet_searches_a_lost_target_from_where_all_are(run: Commands, tmp_path: Path) -> None:
+    two, drawn = tmp_path / "run", ("--set", "search.sampling=sobol", "--set", ON_FIGURE3)
+    assert run("plan", "figure3", *SMALL, *drawn, "-o", two).code == 0
+    words = ("--lost-at", "A", "--gap", 30, "--uav", 2, "--uav-at", "A")
+    said = run("replan", two, "--at", 60, *words, *QUICK, "-o", tmp_path / "again").json
+    assert said["parent"]["at_s"] == 30.0  # since the loss
+    assert said["evaluated"]["expected_detection_time_s"] < 1000.0
+    one, other = json.loads((tmp_path / "again" / "plan.json").read_text())["uavs"]
+    before = json.loads((two / "plan.json").read_text())["uavs"][0]["waypoints"]
+    x_m = np.interp(60.0, [row[0] for row in before], [row[1] for row in before])
+    assert one["waypoints"][0][:2] == pytest.approx([30.0, x_m])  # flies on from where it was
+    node = open_scenario("figure3").network
+    place = node.node_xy_m[list(node.node_ids).index("A")]
+    assert other["waypoints"][0][:3] == pytest.approx([30.0, *place])
 
 
 def test_who_is_left_flies_on_in_a_run_like_any(run: Commands, two: Path, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from planner.cli import main
 from planner.cli.news_arguments import heard_of
 from planner.errors import InputError
 from planner.files import RECORD
-from planner.mission.news_words import Setting
+from planner.mission.news_values import Setting
 from planner.mission.opening import open_scenario
 from support.instances import figure3
 

@@ -1,6 +1,7 @@
 """Recordings cut from larger ones against recordings made anew: the same, byte for byte."""
 
 import logging
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,16 +14,16 @@ from planner.belief.mixture import Mixture
 from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn
 from planner.belief.ways import quiet_streets
-from planner.futures import store
+from planner.futures import store, workers
 from planner.futures.cutting import siblings_of
 from planner.futures.futures import Futures
-from planner.futures.kept import Kept
 from planner.futures.record import (
     KNOT_EVERY_S,
     SESSION,
     How,
+    Wanted,
     record,
-    record_into,
+    record_in_turn,
     session_of,
 )
 from planner.futures.rides import Ride, drive_session
@@ -68,7 +69,7 @@ def anew(some: Drawn, network: RoadNetwork, folder: Path) -> dict[str, bytes]:
 
 
 def undriven(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(store, "record_into", lambda *_, **__: pytest.fail("recorded again"))
+    patch.setattr(workers, "in_parts", lambda *_, **__: pytest.fail("recorded again"))
 
 
 @pytest.mark.parametrize("session", [20, pytest.param(SESSION, marks=pytest.mark.long)])
@@ -215,11 +216,11 @@ def test_a_recording_grows_from_a_smaller_one(
     made(replace(large, count=20, horizon_s=600.0), network)  # not of the same time
     driven: list[int] = []
 
-    def counting(kept: Kept, *rest: object) -> Futures:
-        driven.append(len(kept.missing))
-        return record_into(kept, *rest)  # type: ignore[arg-type]
+    def counting(wanted: Sequence[Wanted], *rest: object) -> Iterator[Futures]:
+        driven.extend(len(one.kept.missing) for one in wanted)
+        return record_in_turn(wanted, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(store, "record_into", counting)
+    monkeypatch.setattr(store, "record_in_turn", counting)
     assert files(made(large, network)) == right
     assert driven == [90]
 

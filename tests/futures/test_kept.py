@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from planner.futures import record as recording
 from planner.futures import store
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept
-from planner.futures.record import How, record, record_into
+from planner.futures.record import How, Wanted, record, record_in_turn, record_into
 from planner.futures.store import FILES, recorded
 from planner.futures.workers import Here
 from support.command_line import TOWN
@@ -94,6 +95,35 @@ def test_parts_of_a_session_count_with_any_number_of_workers(tmp_path: Path) -> 
     assert len(Kept(40, tmp_path).missing) > 0
     again = record_into(Kept(40, tmp_path), town(), particles, HORIZON_S, How(workers=1))
     assert same(again, whole)
+
+
+@pytest.mark.usefixtures("small_sessions")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_several_sets_are_driven_as_one_and_come_in_their_order(workers: int) -> None:
+    all_of_them = particles_of(40)
+    several = [all_of_them.take(some) for some in np.split(np.arange(40), [14, 18])]
+    wanted = [Wanted(Kept(len(one)), one, HORIZON_S) for one in several]
+    said: list[tuple[int, int]] = []
+    asked: list[int] = []
+
+    class Counting(Here):
+        def answers(self, function: Any, tasks: Any, **more: Any) -> Any:
+            asked.append(len(tasks))
+            return super().answers(function, tasks, **more)
+
+    def progress(done: int, total: int, _note: str = "", /) -> None:
+        said.append((done, total))
+
+    how = How(workers=workers, progress=progress, backend=Counting())
+    made = record_in_turn(wanted, town(), how)
+    first = next(made)
+    assert said[-1][0] < 40  # it is there before the others are
+    for one, together in zip(several, [first, *made], strict=True):
+        alone = record(town(), one, horizon_s=HORIZON_S, workers=1)
+        assert same(alone, together)
+        np.testing.assert_array_equal(alone.gone, together.gone)
+    assert asked == [6]  # each session is loaded once: 10 + 4, 4 and 10 + 10 + 2
+    assert said[-1] == (40, 40)
 
 
 def test_a_killed_command_goes_on(tmp_path: Path) -> None:
@@ -174,13 +204,13 @@ def test_a_full_disk_in_the_middle_then_room(monkeypatch: pytest.MonkeyPatch) ->
         recorded(town(), recipe, scenario={}, how=How(workers=1))
     monkeypatch.setattr(Kept, "keep", keep)
     left: list[int] = []
-    into = store.record_into
+    in_turn = store.record_in_turn
 
-    def counted(kept: Kept, *given: object) -> Futures:
-        left.append(len(kept.missing))
-        return into(kept, *given)  # type: ignore[arg-type]
+    def counted(wanted: Sequence[Wanted], *given: object) -> Iterator[Futures]:
+        left.extend(len(one.kept.missing) for one in wanted)
+        return in_turn(wanted, *given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(store, "record_into", counted)
+    monkeypatch.setattr(store, "record_in_turn", counted)
     made = recorded(town(), recipe, scenario={}, how=How(workers=1))
     assert left == [20]
     assert same(made.futures, record(town(), particles, horizon_s=HORIZON_S, workers=1))

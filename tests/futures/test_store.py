@@ -21,7 +21,14 @@ from planner.errors import InputError
 from planner.futures import recording_name, store
 from planner.futures.record import How, record
 from planner.futures.recording_name import made_by
-from planner.futures.store import describe, read_recording, recorded, write_recording
+from planner.futures.store import (
+    Order,
+    describe,
+    read_recording,
+    recorded,
+    recorded_in_turn,
+    write_recording,
+)
 from planner.network.road_network import RoadNetwork
 from support.instances import edge_of_knots, figure3, physics_futures
 from support.sumo_instances import grid5x5, walkers
@@ -111,9 +118,27 @@ def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.Monkey
     particles = walkers(network, 4, np.random.default_rng(2), start="r0c0-r0c1", roads=2)
     first = recorded(network, Given(particles, 900.0), scenario={"a": 1}, how=ALONE)
     assert (empty_cache / "futures").is_dir()
-    monkeypatch.setattr(store, "record_into", lambda *_, **__: pytest.fail("recorded again"))
+    monkeypatch.setattr(store, "record_in_turn", lambda *_, **__: pytest.fail("recorded again"))
     again = recorded(network, Given(particles, 900.0), scenario={"a": 1})
     np.testing.assert_array_equal(again.futures.time_s, first.futures.time_s)
+
+
+def test_several_recordings_are_those_made_one_by_one(empty_cache: Path) -> None:
+    network, rng = grid5x5(), np.random.default_rng(2)
+    some = [walkers(network, many, rng, start="r0c0-r0c1", roads=2) for many in (3, 2, 4)]
+    orders = [Order(Given(one, 900.0), {"of": len(one)}) for one in some]
+    (alone,) = recorded_in_turn(network, orders[1:2], ALONE)
+    right = files_of(alone)
+    before = [*(empty_cache / "futures").iterdir()]
+    several = [*recorded_in_turn(network, orders, ALONE)]
+    assert [len(one.futures) for one in several] == [3, 2, 4]
+    assert files_of(several[1]) == right
+    assert len([*(empty_cache / "futures").iterdir()]) == len(before) + 2
+    assert [*(empty_cache / "unfinished").iterdir()] == []
+
+
+def files_of(made: store.Recording) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in made.path.parent.iterdir()}
 
 
 def test_another_horizon_or_particle_is_recorded_anew(empty_cache: Path) -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from planner.errors import Fault, InputError, ScenarioError
 from planner.futures.traffic import Permit
-from planner.mission.call import Call, Words, as_said, understood
+from planner.mission.call import Call, as_said, understood
+from planner.mission.call_words import Words
 from planner.mission.opening import OpenScenario, open_scenario
 from support.command_line import TOWN
 from support.user_traffic import write_traffic

@@ -16,7 +16,8 @@ from planner.export.flyable import against
 from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.mission.joined import Joined
-from planner.mission.news_words import Setting, heard
+from planner.mission.news_values import Setting
+from planner.mission.news_words import heard
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import budget_of, problem_of, problems_of

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from planner.errors import InputError
-from planner.mission.news_words import Setting, heard, sentence, time_of
+from planner.mission.news_values import Setting, time_of
+from planner.mission.news_words import heard, sentence
 from planner.scenario.news import FoundNews, NothingNews, ReportNews, SearchedNews
 from support.instances import grid
 
@@ -135,3 +136,22 @@ def test_several_targets_have_names() -> None:
         heard({"kind": "found", "target": "bleu"}, two)
     with pytest.raises(InputError, match=r"0 is none of the targets; .*, or 1 to 2"):
         heard({"kind": "found", "target": 0}, two)
+
+
+def test_a_sentence_names_the_target_that_was_seen() -> None:
+    two = HERE._replace(targets=("target 1", "blue"))
+    (one,) = heard(sentence(f"blue seen at {NODE} at 1200, 70 %"), two).news
+    (two_by_number,) = heard(sentence(f"2 seen {NODE} at 1200, 70 %"), two).news
+    assert one == two_by_number
+    assert isinstance(one, ReportNews)
+    assert one.target == 1
+    with pytest.raises(InputError, match="target: is missing; give which it is: target 1, blue"):
+        heard(sentence(f"seen at {NODE} at 1200, 70 %"), two)
+    with pytest.raises(InputError, match='"green" is none of the targets; '):
+        heard(sentence(f"green seen at {NODE} at 1200, 70 %"), two)
+
+
+def test_the_name_of_the_only_target_may_be_said() -> None:
+    alone = HERE._replace(targets=("blue",))
+    said = (f"blue seen at {NODE} at 1200, 70 %", f"seen at {NODE} at 1200, 70 %")
+    assert heard(sentence(said[0]), alone) == heard(sentence(said[1]), alone)

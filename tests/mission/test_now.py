@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from planner.mission import now
-from planner.mission.call import Call, Words, understood
+from planner.mission.call import Call, understood
+from planner.mission.call_words import Words
 from planner.mission.now import events
 from planner.mission.now_events import (
     BetterPlan,
@@ -137,6 +138,6 @@ def test_no_plan_is_made_for_a_search_that_is_over(
     little: None, call: Call, tmp_path: Path
 ) -> None:
     ends = replace(call).changed(search={"horizon_s": 120.0})
-    seen = list(planned(ends, tmp_path, How(steps(7.0), workers=1, rungs=(RUNGS[0],) * 3)))
+    seen = list(planned(ends, tmp_path, How(steps(4.0), workers=1, rungs=(RUNGS[0],) * 3)))
     assert isinstance(seen[-1], Done)
     assert len([one for one in seen if isinstance(one, FirstPlan | NoBetter)]) < 3

@@ -7,7 +7,7 @@ import pytest
 
 from planner.futures.store import PARTICLES, Recording
 from planner.mission.opening import open_scenario
-from planner.mission.recorder import Recorder
+from planner.mission.recorder import Recorder, _Set
 from planner.parquet import numbers, read_table
 from support.queues import grid_scenario
 
@@ -37,7 +37,7 @@ def test_truths_ride_where_no_particle_has_been(
     assert "of the way that it comes when no other particle rides beside it" in caplog.text
     assert realisations(planning) == {0, 1}
     for name in (("judges",), ("bounding", 3)):
-        recipe = recorder._recipe(opened.prior, 9, name)
+        recipe = recorder._recipe(_Set(opened.prior, 9, name))
         assert set(recipe.particles(opened.network).realisation) == {0, 1}
     assert realisations(recorder.evaluation(4)) == {2, 3}
     assert realisations(recorder.truths(1, seed=4)) <= {2, 3}

@@ -1,6 +1,5 @@
 """The rest of a flight: it earns what the whole does, and changes for news alone."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
-from planner.mission.follow import contact, lost
+from planner.mission.follow import at_loss, contact
 from planner.mission.joined import Joined
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
@@ -158,15 +157,11 @@ def test_contact_is_what_is_left_of_the_time_to_find_it_again(mission: Mission) 
     assert contact(found, every_s=seconds) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(
-    "standing",
-    [
-        Standing(100.0, uavs={0: OfUav(lost_s=90.0)}),
-        Standing(100.0, uavs={1: OfUav(late_s=1.0)}),
-        Standing(100.0, joined=(Joined(100.0, {}),)),
-    ],
-)
-def test_who_follows_a_target_is_alone_and_flies_on(standing: Standing, tmp_path: Path) -> None:
+def test_who_has_followed_the_target_is_where_it_was_lost() -> None:
     opened = open_scenario("figure3")
-    with pytest.raises(InputError, match="--lost-at: UAV 1 alone follows the target"):
-        lost(tmp_path, opened, Where(0.0, 0.0, "A"), standing)
+    place = Where(7.0, 8.0, "A")
+    assert at_loss(opened, place, Standing(100.0)).uavs[0].xy_m == (7.0, 8.0)
+    said = Standing(100.0, xy_m=(1.0, 2.0), left_s=50.0)
+    assert at_loss(opened, place, said).uavs == {0: OfUav(xy_m=(1.0, 2.0), left_s=50.0)}
+    with pytest.raises(InputError, match="--lost-at: one of several UAVs has followed the target"):
+        at_loss(opened, place, Standing(100.0, joined=(Joined(100.0, {}),)))
