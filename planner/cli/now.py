@@ -27,12 +27,12 @@ DETAILS = (
     call_arguments.DETAILS
     + """
 
-Shows where the target may be at once, a first plan soon, and better ones as they
-come, until no more are tried. A key, or Ctrl-C, ends with the best. Open
+Shows where the target may be at once, a first plan soon, and better ones as
+they come, until no more are tried. A key, or Ctrl-C, ends with the best. Open
 DIR/page.html in a browser: it turns into the next one by itself. DIR holds the
-best so far: the files of `planner plan`, and scenario.toml, from which `planner
-plan` makes the same plan again. Planning takes time: the drone takes off when the
-plan is there, or when it is ready, whichever is later."""
+best so far: the files of `planner plan`, and scenario.toml, from which
+`planner plan` makes the same plan again. Planning takes time: the drone takes
+off when the plan is there, or when it is ready, whichever is later."""
 )
 EXAMPLES = (
     ('now berlin --last-seen "Am Studio" --at -2min --drone-at 52.43,13.52', ""),

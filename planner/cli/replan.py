@@ -24,10 +24,10 @@ SUMMARY = "plan the rest of a flight anew with what has come in"
 DETAILS = """\
 UAVs fly on from where their plan has them at TIME, or from where you say they
 are. What they have flown without finding the target counts, and so does the
-news. The plan there was goes on unless a new one is better on the same particles.
-PLACE is a street, a crossing, coordinates or a node, as `planner now` takes it.
-Writes a new run, which names the one it is the rest of. UAVs keep their numbers;
-one that is lost flies no more."""
+news. The plan there was goes on unless a new one is better on the same
+particles. PLACE is a street, a crossing, coordinates or a node, as `planner
+now` takes it. Writes a new run, which names the one it is the rest of. UAVs
+keep their numbers; one that is lost flies no more."""
 EXAMPLES = (
     ('replan runs/town --at 540 --report "seen at Am Studio at -2min, 70 %"', ""),
     ("replan runs/town --at 540 --searched other.gpx --radius-m 200", ""),
