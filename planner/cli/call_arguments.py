@@ -146,14 +146,23 @@ def write_call(call: "Call", file: Path, source: str, permit: "Permit") -> "Open
     permit
         As `permit_of` has it.
     """
+    file.write_text(call.text(), encoding="utf-8")
+    opened = [_opened(call, site, file, source, permit) for site in range(len(call.sites))]
+    return opened[0]
+
+
+def _opened(call: "Call", site: int, file: Path, source: str, permit: "Permit") -> "OpenScenario":
+    """Return the scenario of a call, with the drone at one of its sites."""
     from planner.mission.call import as_said
     from planner.mission.opening import open_scenario
+    from planner.scenario.toml_text import toml_text
 
-    file.write_text(call.text(), encoding="utf-8")
+    overrides = [f"uav.start={toml_text(call.sites[site])}"] if site else []
     try:
-        return open_scenario(file, permit=permit)
+        return open_scenario(file, overrides=overrides, permit=permit)
     except ScenarioError as error:
-        raise ScenarioError(source, [as_said(fault, call) for fault in error.faults]) from error
+        faults = [as_said(fault, call, site) for fault in error.faults]
+        raise ScenarioError(source, faults) from error
 
 
 def _metres(text: str) -> float:

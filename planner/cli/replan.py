@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
+from planner.messages import as_written
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -181,6 +182,11 @@ def _heard(
 
     setting = setting_of(opened, stored, stored.plan.take_off_s, Path())
     at_s = time_of("--at", arguments.at, setting)
+    if at_s < 0.0:
+        raise InputError(
+            f"--at: {as_written(arguments.at)} is before the target was last seen; give seconds "
+            "since then, or a time of day"
+        )
     setting = setting._replace(now_s=at_s)
     found = heard_of(arguments, setting)
     for line in _lines(arguments):

@@ -70,6 +70,7 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
         (("--radius-m", 5), "go with --searched"),
         (("--gap", 5), "--gap: goes with --lost-at"),
         (("--same-source", "--report", "seen at r0c0 at 10, 70 %"), "no earlier report"),
+        (("--at", "-5"), '--at: "-5" is before the target was last seen; give seconds since then'),
         (("--at", 99999), "the flight is over at"),
         (
             ("--delay", 651),
