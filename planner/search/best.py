@@ -71,7 +71,7 @@ class Division(NamedTuple):
 
 # Tuned on grid5x5 alone, from 60, 120 and 300 km: in at most three times the time of the perfect
 # plan. Wider beams are worth more there than a plan as if perfect by all the work there is.
-ALONG_ROADS = Division(0.25, 0.24, by_exposure=True, first_width=4, growth=(2.0, 24.0))
+ALONG_ROADS = Division(0.25, 0.24, by_exposure=True, first_width=4, growth=(2.0, 20.0))
 ELSEWHERE = Division(1.0, 0.2, by_exposure=False, first_width=3, growth=(8.0, 8.0))
 WITHIN = 0.95  # of the work that is left a beam is to take: cut short, it is worth nothing
 
@@ -79,8 +79,8 @@ WITHIN = 0.95  # of the work that is left a beam is to take: cut short, it is wo
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the best plan found within the budget's work, about; or until it says stop.
 
-    With a sensor that may miss, the best plan as if it were perfect competes with those made for
-    it, so that these have to be better.
+    With a sensor that may miss, a plan as if it were perfect competes with those made for it, so
+    that these have to be better.
 
     Raises
     ------
