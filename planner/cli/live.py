@@ -5,6 +5,7 @@ import json
 import select
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -95,18 +96,24 @@ class _Watch:
 
 
 def _lines(file: Path, is_over: Callable[[], bool]) -> Iterator[_Line]:
-    """Yield the lines of a file as they are appended, until it is over."""
-    read, number = 0, 0
+    """Yield the lines of a file as they are appended, until it is over.
+
+    A file that is written anew has new lines as well: those that were not there as often before.
+    """
+    read, before = Counter[str](), b""
     while not is_over():
         content = file.read_bytes() if file.is_file() else b""
-        whole = content.rfind(b"\n") + 1
-        for text in content[read:whole].decode("utf-8", "replace").splitlines():
-            number += 1
-            if text.strip():
-                yield _Line(number, text)
-        if whole == read:
+        if content == before:
             time.sleep(POLL_S)
-        read = max(read, whole)
+            continue
+        before, known = content, read.copy()
+        whole = content[: content.rfind(b"\n") + 1].decode("utf-8", "replace")
+        for number, text in enumerate(whole.splitlines(), 1):
+            if known[text]:
+                known[text] -= 1
+            elif text.strip():
+                read[text] += 1
+                yield _Line(number, text)
 
 
 class _Listener:

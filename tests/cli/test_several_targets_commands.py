@@ -110,7 +110,7 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
     assert {"kind": "found", "target": 1} in heard
     again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "1"]
     assert main([*again, "-o", str(tmp_path / "b")]) == 2
-    assert "every target is found" in capsys.readouterr().err
+    assert "every target that it is found" in capsys.readouterr().err
     assert main(["replan", str(run), *rest, "--found", "green", "-o", str(tmp_path / "c")]) == 2
     assert (
         '--found: target: "green" is none of the targets; known: target 1, blue'
