@@ -32,6 +32,7 @@ def shared_faults(targets: Sequence[tuple[str, TargetSection]]) -> Iterator[Faul
         first_key, first = targets[0]
         if target.driving == "traffic":
             text = "is traffic, in which there is one target so far; leave the others out"
+            text += ', or write driving = "free" for all'
             yield Fault(f"{key}.driving", text)
         for name in OF_ALL_TARGETS:
             if getattr(target, name) != getattr(first, name):

@@ -157,7 +157,7 @@ def test_knots_are_as_near_as_they_say_and_few() -> None:
 
 
 def coverage(opened: OpenScenario) -> Validation:
-    recorder = Recorder(opened, workers=2)
+    recorder = Recorder(opened, workers=1)
     truths = recorder.validation(20, 10).futures
     assert truths.fates is not None
     cloud = recorder.planning().futures
