@@ -71,7 +71,7 @@ class Division(NamedTuple):
 
 # Tuned on grid5x5 alone, from 60, 120 and 300 km: in at most three times the time of the perfect
 # plan. Wider beams are worth more there than a plan as if perfect by all the work there is.
-ALONG_ROADS = Division(0.25, 0.27, by_exposure=True, first_width=4, growth=(2.0, 20.0))
+ALONG_ROADS = Division(0.25, 0.24, by_exposure=True, first_width=4, growth=(2.0, 20.0))
 ELSEWHERE = Division(1.0, 0.2, by_exposure=False, first_width=3, growth=(8.0, 8.0))
 WITHIN = 0.95  # of the work that is left a beam is to take: cut short, it is worth nothing
 
