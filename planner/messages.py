@@ -12,6 +12,9 @@ LONGEST_LINE = 1000  # characters of a message
 # What a terminal obeys or cannot show: controls, marks that turn text round, halves of characters.
 UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
+UNPARTED = "\ue000"  # for private use; rich parts lines at a no-break space
+BEFORE_UNIT = re.compile(r"(?<=\d) (?=%|(?:m/s2?|k?m|m?s|min|h|degrees)\b)")
+
 
 def plain(text: str) -> str:
     """Return a text without what a terminal obeys: each such character as it is escaped in code.
@@ -20,6 +23,11 @@ def plain(text: str) -> str:
     into a picture but through here.
     """
     return UNSEEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def unparted(text: str) -> str:
+    """Return a text in which numbers keep to their units, for ``planner.cli.printing.console``."""
+    return BEFORE_UNIT.sub(UNPARTED, text)
 
 
 def as_line(text: str) -> str:

@@ -6,18 +6,15 @@ It loads none of the stages, so that `planner doctor` can print where their libr
 import argparse
 import json
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TextIO
 
-from planner.messages import plain
+from planner.messages import UNPARTED, plain, unparted
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 SHORT = 10  # characters of a number that inexact sums have missed, where it is as short as that
-UNPARTED = "\ue000"  # for private use; rich parts lines at a no-break space
-BEFORE_UNIT = re.compile(r"(?<=\d) (?=%|(?:m/s2?|k?m|m?s|min|h|degrees)\b)")
 PLAIN_WIDTH = 120  # characters, where there is no terminal to ask
 
 
@@ -66,7 +63,7 @@ def print_result(
     for block in blocks:
         if isinstance(block, str):
             is_long = any(len(word) > out.width for word in block.split())  # left to the terminal
-            out.print(BEFORE_UNIT.sub(UNPARTED, block), soft_wrap=is_long)
+            out.print(unparted(block), soft_wrap=is_long)
         else:
             out.print(block)
 

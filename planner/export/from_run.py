@@ -271,8 +271,8 @@ def placed(network: RoadNetwork, origin: LatLon | None) -> RoadNetwork:
         return network
     if origin is None:
         raise InputError(
-            f"{network.given_as}: it does not say where on the Earth it lies; give --origin "
-            "LAT,LON, the place where its x and y are 0"
+            "--origin: is needed, as the net of this run does not say where on the Earth it lies; "
+            "give --origin LAT,LON, the place where its x and y are 0"
         )
     return replace(network, projection=PLANE.format(*origin), net_offset_m=(0.0, 0.0))
 

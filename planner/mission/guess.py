@@ -59,8 +59,8 @@ def told_reach(futures: Futures, horizon_s: float) -> str:
     all_there = all(share == 1.0 for _, _, share in reaches)
     far = ", ".join(
         f"{far_m / 1000.0:.1f} km at {minute:g} min"
-        + ("" if all_there else f" ({percent(share, 0)} are)")
-        for minute, far_m, share in reaches
+        + ("" if all_there else f" ({percent(share, 0)}{'' if k else ' of all are on it'})")
+        for k, (minute, far_m, share) in enumerate(reaches)
     )
     those = "the particles" if all_there else "the particles that are on the map then"
     return (

@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from itertools import islice
@@ -19,7 +19,7 @@ from planner.network.links import NO_SIGNAL, Lane, NetFile, Program, idle_cycle,
 from planner.network.road_network import RoadNetwork
 from planner.npz import read_columns, write_columns
 
-SIGNALS_VERSION = 2  # goes into the name of kept columns: raise it when their meaning changes
+SIGNALS_VERSION = 3  # goes into the name of kept columns: raise it when their meaning changes
 IN_MEMORY = 8  # networks whose signals a process keeps
 LONGEST_S = 3600  # of a cycle that is heeded
 STOP, YIELD, GO = 0, 1, 2  # what a signal shows: red or amber, green for who gives way, green
@@ -37,7 +37,8 @@ class Signals(Frozen):
     """
 
     first_second: Offsets  # (T + 1,) where a turn's seconds start in shows; none: no signal
-    shows: Ints  # (S,) STOP, YIELD or GO in each second of a cycle in which no car comes
+    # (S,) STOP, YIELD or GO in each second of a cycle in which no car comes; all STOP: never open
+    shows: Ints
     offset_s: Ints  # (T,) seconds by which a cycle begins later than SUMO's second 0
     cycle_s: Ints  # (T,) seconds of a cycle as the program states it; 0: no signal
     actuated: Flags  # (T,) whether detectors prolong its phases
@@ -155,7 +156,9 @@ def _names(network: RoadNetwork) -> Iterator[tuple[str, str]]:
 def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
     link = file.links.get((start, end), {})
     program = file.programs.get(link.get("tl", ""), NO_SIGNAL)
-    shows = shown(link.get("tl", ""), int(link.get("linkIndex", "0")))
+    shows = shown(link)
+    if not np.any(shows != STOP) and (program.actuated or _opens(file, shown, start, end)):
+        shows = shows[:0]  # detectors would open it, or a car takes the lane beside
     cycle_s = min(max(round(sum(phase.lasts_s for phase in program.phases)), 1), LONGEST_S)
     return _Turn(
         shows,
@@ -164,6 +167,15 @@ def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
         program.actuated,
         not len(shows) and link.get("state", "M") in MINOR,
         _line(file.through(link), file.car_lanes[start][0], file.car_lanes[end][0]),
+    )
+
+
+def _opens(file: NetFile, shown: Any, start: str, end: str) -> bool:
+    """Return whether a signal ever lets cars pass from one edge to the next, on any lane."""
+    return any(
+        np.any(shown(link) != STOP)
+        for link in file.every
+        if link["from"] == start and link["to"] == end
     )
 
 
@@ -177,16 +189,17 @@ def _line(lanes: Sequence[Lane], before: Lane, after: Lane) -> Lane:
 
 
 def _shown_by(file: NetFile) -> Any:
-    """Return a function from a signal and a link to what it shows in each second of a cycle."""
+    """Return a function from a link to what its signal shows in each second of a cycle."""
 
     @cache
     def letters(signal: str) -> tuple[str, ...]:
         program: Program = file.programs.get(signal, NO_SIGNAL)
         return tuple(islice(idle_cycle(program), LONGEST_S))
 
-    def shown(signal: str, link: int) -> Ints:
-        shows = np.array([SHOWN.get(state[link], STOP) for state in letters(signal)], np.uint8)
-        # A link that is never let pass is one that detectors, or another program, would open.
-        return shows if np.any(shows != STOP) else shows[:0]
+    def shown(link: Mapping[str, str]) -> Ints:
+        index = int(link.get("linkIndex", "0"))
+        return np.array(
+            [SHOWN.get(state[index], STOP) for state in letters(link.get("tl", ""))], np.uint8
+        )
 
     return shown

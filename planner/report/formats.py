@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from planner.messages import unparted
+
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
     from rich.table import Table
@@ -41,7 +43,7 @@ def listed(lines: Iterable[str]) -> "Table":
 
     table = Table.grid(padding=(0, 1))
     for line in lines:
-        table.add_row("-", Text(line, overflow="fold"))
+        table.add_row("-", Text(unparted(line), overflow="fold"))
     return table
 
 
@@ -66,8 +68,9 @@ class FittingTable:
         self._section_ends: list[int] = []
 
     def add_row(self, *cells: str) -> None:
-        """Add a row, one cell for each column."""
-        self.rows.append(cells)
+        """Add a row, one cell for each column; in those that wrap a number keeps to its unit."""
+        columns = zip(self.columns, cells, strict=True)
+        self.rows.append(tuple(unparted(cell) if c.wraps else cell for c, cell in columns))
 
     def end_section(self) -> None:
         """Leave a gap below the rows so far."""
@@ -89,7 +92,7 @@ class FittingTable:
         if gone:
             yield f"a wider window also shows: {', '.join(gone)}"
         if self.caption:
-            yield self.caption
+            yield unparted(self.caption)
 
     def _widths(self) -> tuple[list[int], list[int]]:
         """Return how wide each column has to be at least, and to have every cell in one line."""

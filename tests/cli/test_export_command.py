@@ -199,7 +199,12 @@ def test_the_grid_whose_start_is_far_away(run: Commands, tmp_path: Path) -> None
 
 
 def test_each_refusal_is_a_line(run: Commands, tmp_path: Path, town_run: Path) -> None:
-    refused(run("export", town_run), "it does not say where on the Earth it lies; give --origin")
+    refused(
+        run("export", town_run),
+        "--origin: is needed, as the net of this run does not say where on the Earth it lies; give "
+        "--origin LAT,LON",
+    )
+    assert ".net.xml" not in run("export", town_run).err
     refused(
         run("export", town_run, *ORIGIN, "--max-waypoints", "3", "--aircraft", _fast(tmp_path)),
         "uav.speed_mps: 25 m/s is more than the 20 m/s",

@@ -60,6 +60,14 @@ def test_red_holds_a_car_as_long_as_the_program_says(
     assert found.end_s[0] == pytest.approx(later + (1010 - x_m) / 10)
 
 
+def test_who_is_never_let_pass_stands_at_the_line_to_the_end() -> None:
+    # SUMO too lets nobody pass where the one program of a signal has no green for them.
+    open_ = lights()
+    found = clock(driver_on(), dataclasses.replace(open_, shows=np.zeros_like(open_.shows)))
+    assert found.xy(0, np.array([60.0, 299.0]))[:, 0] == pytest.approx(500.0, abs=KNOT_M)
+    assert found.end_s[0] == 300.0
+
+
 def test_who_comes_as_red_ends_only_slows_down() -> None:
     # At its second 50 the cycle is in its 39th: it brakes for less than a second.
     found = clock(driver_on(phase_s=79), lights())

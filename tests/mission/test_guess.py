@@ -73,8 +73,8 @@ def test_the_reach_is_told_of_those_on_the_map_and_how_many_they_are() -> None:
     assert reach_m(cloud, 600.0) == pytest.approx((600.0, 0.25))
     said = told_reach(cloud, 700.0)
     assert "90 % of the particles that are on the map then are within" in said
-    assert "0.6 km at 10 min (25 % are) of the middle" in said
-    assert "at 5 min (100 % are)" in said
+    assert "0.6 km at 10 min (25 %) of the middle" in said
+    assert "at 5 min (100 % of all are on it), " in said
 
 
 def test_abstract_nets_have_no_clock(run: Commands) -> None:

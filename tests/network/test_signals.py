@@ -1,6 +1,7 @@
 """Signals and ways through junctions, as the net's file has them."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ def turns(network: RoadNetwork) -> list[tuple[str, str]]:
     ]
 
 
-def changed(tmp_path: Path, old: str, new: str) -> RoadNetwork:
+def changed(tmp_path: Path, old: str, new: str | Callable[[re.Match[str]], str]) -> RoadNetwork:
     """The town with something in its file changed."""
     text = town().path.read_text(encoding="utf-8")
     assert re.search(old, text)
@@ -95,6 +96,22 @@ def test_the_program_read_last_counts(tmp_path: Path) -> None:
     network = changed(tmp_path, "</tlLogic>(?s:.*)</tlLogic>|</tlLogic>", f"</tlLogic>{second}")
     phases = second.count("<phase")
     assert set(signals_of(network).cycle_s.tolist()) == {0, 5 * phases}
+
+
+def test_what_a_fixed_program_never_opens_stays_shut_unless_another_lane_is_open(
+    tmp_path: Path,
+) -> None:
+    def never_open(network: RoadNetwork) -> int:
+        found = signals_of(network)
+        parts = zip(found.first_second[:-1], found.first_second[1:], strict=True)
+        return sum(end > first and not found.shows[first:end].any() for first, end in parts)
+
+    assert never_open(town()) == 0
+    shut = changed(tmp_path, 'state="[rygGuo]+"', lambda found: re.sub("[gG]", "r", found[0]))
+    assert never_open(shut) == np.count_nonzero(signals_of(town()).cycle_s) > 0
+    by_detectors = re.sub('type="static"', 'type="actuated"', shut.path.read_text("utf-8"))
+    shut.path.write_text(by_detectors, encoding="utf-8")
+    assert never_open(read_net(shut.path)) == 0
 
 
 def test_a_second_reading_is_the_first(empty_cache: Path) -> None:

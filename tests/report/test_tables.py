@@ -367,3 +367,15 @@ def test_only_what_wraps_gets_narrower(
 def test_room_is_shared_out(room: int, wanted: list[int], given: list[int]) -> None:
     """Who wants little gets it all, and what is over is for all others alike."""
     assert _shared_out(room, wanted) == given
+
+
+@pytest.mark.parametrize("width", range(20, 40))
+def test_a_number_keeps_to_its_unit_in_a_cell_that_wraps(
+    width: int, printed: Callable[[object], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    table = FittingTable("", (Column("question"), Column("answers", left=True, wraps=True)))
+    table.add_row("which", "ring-road 12 %, main-street 5 %, another 0 %, in 30 min")
+    text = printed(table)
+    for part in ("12 %", "5 %", "0 %", "30 min"):
+        assert part in text

@@ -41,6 +41,7 @@ from planner.jit import compiled
 
 STOP, YIELD = 0, 1  # as in `planner.network.signals`
 NO_TURN = -1
+NEVER_S = 1_000_000_000  # beyond any horizon: the signal never lets anybody pass
 
 
 class Cars(NamedTuple):
@@ -162,7 +163,7 @@ def waits_s(roads: Roads, turn: int, second: int) -> int:
     for wait_s in range(roads.first_second[turn + 1] - roads.first_second[turn]):
         if shown_at(roads, turn, second + wait_s) != STOP:
             return wait_s
-    return 0
+    return NEVER_S
 
 
 @compiled
