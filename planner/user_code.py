@@ -5,6 +5,7 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import Path
@@ -108,7 +109,9 @@ class UserFunction:
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if frame.filename == str(self.path)]
         where = f" (line {lines[-1]} of {self.file})" if lines else ""
-        text = " ".join(str(error).split()).rstrip(".")
+        text = ""
+        with suppress(Exception):  # words are the exception's own to make
+            text = " ".join(str(error).split()).rstrip(".")
         return f"{type(error).__name__}{': ' * bool(text)}{text}{where}"
 
     @property
@@ -134,7 +137,9 @@ class UserFunction:
             raise InputError(
                 f"{self.path}: line {error.lineno}: is not Python ({error.msg}); correct it there"
             ) from error
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             del sys.modules[name]
             raise InputError(f"{self.path}: cannot be loaded: {self.said(error)}") from error
         return module

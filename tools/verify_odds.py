@@ -17,6 +17,8 @@ from verify_files import Array, Fields, RefusedError, read_json
 from verify_inputs import Claim
 
 Spans = list[tuple[float, float]]
+KEYS = ("particle", "weight", "at_end", "target")
+SEVERAL = ("expected_detection_time_s", "found_probability")  # of the first and the last find
 
 
 class Flight(NamedTuple):
@@ -34,6 +36,7 @@ class Particle(NamedTuple):
     place: Array
     weight: float
     is_gone: bool
+    target: int  # which of several it is
 
 
 class Search(NamedTuple):
@@ -68,8 +71,49 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
     if by_s is not None:
         found["found_by_probability"] = weight @ (1.0 - unseen_by)
     for key, figure in found.items():
-        claimed = planned.number(key)
-        yield Claim(key, claimed, float(figure), abs(claimed - figure) / max(1.0, figure))
+        yield _claim(planned, key, float(figure))
+    if sought > 1 and math.isinf(rate_per_s) and "first" in planned:
+        moments_s = np.where(unseen > 0.0, math.inf, lasts_s)
+        each = [
+            (moments_s[mine], weight[mine])
+            for target in sorted({one.target for one in known if one.weight > 0.0})
+            if len(mine := np.array([k for k, one in enumerate(known) if one.target == target]))
+        ]
+        for name, figures in zip(("first", "last"), _of_several(each, sought, search), strict=True):
+            part = planned.part(name)
+            for key, figure in zip(SEVERAL, figures, strict=True):
+                yield _claim(part, key, figure, f"{name}: ")
+
+
+def _claim(part: Fields, key: str, figure: float, of: str = "") -> Claim:
+    claimed = part.number(key)
+    return Claim(of + key, claimed, figure, abs(claimed - figure) / max(1.0, figure))
+
+
+def _of_several(
+    each: list[tuple[Array, Array]], sought: int, search: Search
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return E[min(time, horizon)] of the first and of the last find, and how probable they are.
+
+    A perfect sensor finds each target at moments of its particles, and whether one is found says
+    nothing of the others: between two moments the probabilities stand still, and multiply.
+
+    Parameters
+    ----------
+    each
+        Of each target when its particles are seen, infinity: never; and what they weigh.
+    """
+    horizon_s = search.horizon_s
+    seen_s = np.concatenate([moments_s for moments_s, _ in each])
+    edges_s = np.unique([0.0, horizon_s, *seen_s[seen_s < horizon_s]])
+    is_found = [[weight[at_s <= t].sum() for t in edges_s[:-1]] for at_s, weight in each]
+    found, lasts_s = np.array(is_found), np.diff(edges_s)
+    by_s = horizon_s if search.by_s is None else search.by_s
+    by = np.array([weight[at_s <= by_s].sum() for at_s, weight in each])
+    all_there = float(len(each) == sought)  # else one of them is never found
+    first_s = float(lasts_s @ (1.0 - found).prod(axis=0))
+    last_s = horizon_s - all_there * float(lasts_s @ found.prod(axis=0))
+    return (first_s, 1.0 - float((1.0 - by).prod())), (last_s, all_there * float(by.prod()))
 
 
 def fate(spans: Spans, search: Search) -> tuple[float, float, float]:
@@ -166,7 +210,8 @@ def _particles(folder: Path) -> list[Particle]:
     names = np.array(knots["particle"])
     time_s, place = np.array(knots["time_s"]), np.array(knots["x_m"]) + 1j * np.array(knots["y_m"])
     found = []
-    for name, weight, end in zip(said["particle"], said["weight"], said["at_end"], strict=True):
+    for name, weight, end, target in zip(*(said[key] for key in KEYS), strict=True):
         mine = np.flatnonzero(names == name)
-        found.append(Particle(time_s[mine], place[mine], float(weight), end == "gone"))
+        is_gone = end == "gone"
+        found.append(Particle(time_s[mine], place[mine], float(weight), is_gone, int(target)))
     return found

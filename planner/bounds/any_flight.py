@@ -7,10 +7,9 @@ import numpy as np
 from planner.arrays import Floats
 from planner.bounds.cell_prices import cell_table
 from planner.bounds.group_hunts import GroupHunts
-from planner.bounds.subgradient import lowest
+from planner.bounds.subgradient import first_prices, lowest
 from planner.search.problem import Problem
 
-STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # of what a plan earns: prices to try as the first ones
 PRICE_STEPS = 300
 
 
@@ -39,7 +38,6 @@ def most_of_any_flight(
     GroupHunts(problem, earliest_s).most(hear)
     if not stopped and least > 0.0:
         table = cell_table(problem, earliest_s)
-        prices = min((share * earned for share in STARTS), key=lambda one: table.bound(one).reward)
         value = float(problem.futures.weight @ earned)
-        lowest(table, prices, value, steps=PRICE_STEPS, stop=hear)
+        lowest(table, first_prices(table, earned), value, steps=PRICE_STEPS, stop=hear)
     return least

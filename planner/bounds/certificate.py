@@ -3,18 +3,19 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.arrays import Floats
-from planner.bounds.any_flight import STARTS, most_of_any_flight
+from planner.bounds.any_flight import most_of_any_flight
 from planner.bounds.branch_and_bound import Search
 from planner.bounds.fleet_prices import FleetTable, fitting_bin_s
 from planner.bounds.flights import Prefix
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import table_of
 from planner.bounds.proof import proven_reward
-from planner.bounds.subgradient import lowest
+from planner.bounds.subgradient import first_prices, lowest
 from planner.detection.chase import chased_by_any
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
@@ -28,6 +29,7 @@ from planner.search.stop import Stop, WorkDone
 
 STEPS, FIRST_STEPS, FURTHER_STEPS = 600, 150, 6  # in all, before take-off, for a prefix
 USUAL = WorkDone(STEPS)
+FALLS = (4.0, 2.0, 1.0, 0.5)  # how far prices may fall where tables are too large, in mean delays
 # Missed on a pass, up to which the bound of a sensor that misses nobody is as good in as long: its
 # steps take half the time (docs/methods.md has figures).
 LITTLE = 0.005
@@ -108,6 +110,8 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     value = objective.value(float(weight @ earned))
     earliest_s = chased_by_any(problem.futures, problem.flying, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
+    soonest = float(objective.reward(earliest_s).max(initial=0.0))
+    floors = _floors(objective, earned, float(weight @ earned), soonest)
     so_far = _SoFar(effort, objective, value, most)
     of_fleet = len(plan.tracks) > 1 or bool(problem.others) or problem.uav.sorties != 1
     if not on_roads and of_fleet:  # there is but what none surpasses
@@ -117,23 +121,43 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
         bound, physics = objective.value(reward), objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(so_far.trace), physics=physics)
-    bounded = _of_fleet if of_fleet else _of_one
+    bounded, known = _of_fleet if of_fleet else _of_one, _Known(earned, floors, most)
     try:
-        return bounded(own, earned, so_far, most)
+        return bounded(own, known, so_far)
     except NotApplicableError:
         if own.sensor.is_perfect:
             raise
         # Whom a sensor may miss it may see again: its table is several times as large.
-        return bounded(problem, earned, so_far, most)
+        return bounded(problem, known, so_far)
 
 
-def _of_one(problem: Problem, earned: Floats, so_far: "_SoFar", most: float) -> Certificate:
+class _Known(NamedTuple):
+    """What is known of a problem before its tables are made."""
+
+    earned: Floats  # (N,) by the plan
+    floors: list[Floats]  # under prices, to be tried in this order, (N,) each
+    most: float  # by the earliest sightings
+
+
+def _floors(objective: Objective, earned: Floats, mean: float, soonest: float) -> list[Floats]:
+    """Return floors under the prices of a plan, (N,) each, from 0 on.
+
+    The higher ones are below what it earns with each particle by so many times as much as it earns
+    less, in the mean, than the soonest sighting of all.
+    """
+    falls = [np.inf]
+    if objective.by_s is None:  # else all sightings earn the same, and none can be left out
+        falls += [fall * (soonest - mean) for fall in FALLS]
+    return [np.maximum(0.0, earned - fall) for fall in falls]
+
+
+def _of_one(problem: Problem, known: _Known, so_far: "_SoFar") -> Certificate:
     """Return the certificate of the only UAV's plan over roads."""
     movements = Movements(problem)
-    search = _searched(movements, earned, so_far)
+    search = _searched(movements, known, so_far)
     return Certificate(
         so_far.value,
-        problem.objective.value(min(search.bound, most)),
+        problem.objective.value(min(search.bound, known.most)),
         "roads",
         movements.fitting_bin_s,
         search.proof,
@@ -143,16 +167,16 @@ def _of_one(problem: Problem, earned: Floats, so_far: "_SoFar", most: float) -> 
     )
 
 
-def _of_fleet(problem: Problem, earned: Floats, so_far: "_SoFar", most: float) -> Certificate:
+def _of_fleet(problem: Problem, known: _Known, so_far: "_SoFar") -> Certificate:
     """Return the certificate of a fleet's plan over roads."""
     objective, value = problem.objective, so_far.value
-    table = FleetTable.of(problem, fitting_bin_s(problem))
-    reward = float(problem.futures.weight @ earned)
-    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
+    table = FleetTable.of(problem, fitting_bin_s(problem), known.floors)
+    reward = float(problem.futures.weight @ known.earned)
+    start = first_prices(table, known.earned)
     found, prices = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
     return Certificate(
         value,
-        objective.value(min(found, most)),
+        objective.value(min(found, known.most)),
         "roads",
         table.bin_s,
         {(): prices},
@@ -209,17 +233,17 @@ def _most_by_prices(problem: Problem, certificate: Certificate) -> float:
     prices = certificate.proof.get(())
     if prices is None or np.any(~(prices >= 0.0)):
         return math.inf
-    return FleetTable.of(problem, certificate.bin_s).bound(prices).reward
+    return FleetTable.of(problem, certificate.bin_s, [prices]).bound(prices).reward
 
 
-def _searched(movements: Movements, earned: Floats, so_far: _SoFar) -> Search:
+def _searched(movements: Movements, known: _Known, so_far: _SoFar) -> Search:
     """Return a search for the best bound that has ended, started from what a plan earns."""
-    table, weight = table_of(movements, movements.fitting_bin_s), movements.problem.futures.weight
-    start = min((share * earned for share in STARTS), key=lambda prices: table.bound(prices).reward)
+    table = table_of(movements, movements.fitting_bin_s, known.floors)
+    start = first_prices(table, known.earned)
     search = Search(
         movements,
         table,
-        float(weight @ earned),
+        float(table.weight @ known.earned),
         so_far.hear,
         is_late=so_far.is_late,
         workers=so_far.effort.workers,

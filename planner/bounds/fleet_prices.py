@@ -12,7 +12,7 @@ is at most the sum over the UAVs of what each flight would earn there without th
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,8 +34,12 @@ class FleetTable:
     bin_s: float  # of all of them, seconds
 
     @classmethod
-    def of(cls, problem: Problem, bin_s: float) -> "FleetTable":
+    def of(
+        cls, problem: Problem, bin_s: float, floors: Sequence[Floats] | None = None
+    ) -> "FleetTable":
         """Return the tables of a problem's UAVs; those that fly no more, or too late, have none.
+
+        The floors are those of `planner.bounds.particle_prices.table_of`, for each table anew.
 
         Raises
         ------
@@ -45,7 +49,7 @@ class FleetTable:
         if any(uav.sorties > 1 for uav in problem.flying):
             raise NotApplicableError("there is no bound yet for UAVs that fly more than once")
         kinds = _kinds(problem)
-        tables = tuple(table_of(moves, bin_s) for moves in _moves(problem, kinds))
+        tables = tuple(table_of(moves, bin_s, floors) for moves in _moves(problem, kinds))
         return cls(tables, tuple(kinds.values()), bin_s)
 
     @property

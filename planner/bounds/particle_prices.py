@@ -34,6 +34,7 @@ A landing by a certain time only means that nothing is seen after it. What is se
 certain place to land belongs to no hop, so such problems have no bound yet.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -165,13 +166,16 @@ def fresh_start(place: Place, bins: Bins) -> Start:
     return Start(place.node, bins.at(place.time_s), np.zeros(many), np.ones(many))
 
 
-def table_of(movements: Movements, bin_s: float) -> Table:
+def table_of(movements: Movements, bin_s: float, floors: Sequence[Floats] | None = None) -> Table:
     """Return the table of a problem's bound.
 
     Parameters
     ----------
     bin_s
         Length of a bin, seconds.
+    floors
+        Under all prices that will be asked for, (N,) each in units of reward, none lower than the
+        one before: the table has the first one that makes it no too large one; left out: only 0.
 
     Raises
     ------
@@ -194,11 +198,13 @@ def table_of(movements: Movements, bin_s: float) -> Table:
     bins = Bins(first_s, bin_s, max(1, int(np.ceil((ends_s - first_s) / bin_s)) + 1))
     _check(hops, bins)
     arrivals, lasts = arrivals_of(hops, nodes), bins.lasting(hops.duration_s)
+    floors = [np.zeros(len(problem.futures))] if floors is None else floors
+    floor, sightings = sightings_of(movements, bins, arrivals, floors)
     return Table(
         weight=problem.futures.weight,
-        floor=np.zeros(len(problem.futures)),
+        floor=floor,
         columns=PriceTable(
-            sightings=sightings_of(movements, bins, arrivals),
+            sightings=sightings,
             hops=HopColumns(hops.from_node, hops.to_node, lasts, hops.legs),
             arrivals=arrivals,
         ),

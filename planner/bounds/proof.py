@@ -34,7 +34,8 @@ class _Proof:
 
     def __init__(self, movements: Movements, bin_s: float, proof: Mapping[Prefix, Floats]) -> None:
         self._proof, self._flights = proof, Flights(movements)
-        self._weight, self._table = movements.problem.futures.weight, table_of(movements, bin_s)
+        self._weight = movements.problem.futures.weight
+        self._table = table_of(movements, bin_s, [np.min([*proof.values()], axis=0)])
 
     def reward(self) -> float:
         price, table = self._proof[()], self._table

@@ -7,8 +7,14 @@ A particle that cannot be seen for the first time is left out: where the sensor 
 misses nothing, one that is within reach of the hop's first node throughout the bin. Whatever came
 there has seen it. Where the sensor may miss, a sighting counts for no more than the longest contact
 of any start in the bin sees, and for less after a leg that may see the particle as well.
+
+Nor is a sighting listed that earns no more than the floor under its particle's price: it is never
+worth more than the price. What a leg before makes worth less is known from a sighting of that leg
+that earns as much, and so is above the floor as well: what is listed is what it would be in a whole
+table. There the floor is 0; where that lists too much, the lowest of some higher ones is taken.
 """
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,19 +36,28 @@ from planner.errors import NotApplicableError
 MOST_SIGHTINGS = 60_000_000  # of which a table is made: 9 bytes each, and 20 for a moment
 
 
-def sightings_of(movements: Movements, bins: Bins, arrivals: ArrivalColumns) -> SightingColumns:
-    """Return the sightings that earn something.
+def sightings_of(
+    movements: Movements, bins: Bins, arrivals: ArrivalColumns, floors: Sequence[Floats]
+) -> tuple[Floats, SightingColumns]:
+    """Return a floor under prices, (N,) in units of reward, and the sightings that earn more.
+
+    Parameters
+    ----------
+    floors
+        To be tried, (N,) each, none lower than the one before: the first one that leaves no more
+        sightings than a table holds is taken.
 
     Raises
     ------
     NotApplicableError
-        If they are too many.
+        If they are too many above each of them.
     """
     hops, seen_before = movements.hops, _seen_before(movements, bins)
-    found = _by_hop(movements, bins, seen_before)
+    floor, of_hops = _listed_above(movements, bins, seen_before, floors)
+    found = _joined(of_hops, hops.legs)
     known, odds = _after_legs(movements, bins, arrivals, found, seen_before)
     columns = SightingColumns(found.first, found.particle, found.reward, known, odds)
-    return by_bin(columns, len(hops))
+    return floor, by_bin(columns, len(hops))
 
 
 def _after_legs(
@@ -87,34 +102,71 @@ class _ByHop(NamedTuple):
     missed: Floats  # (M,) how probably the longest contact misses; (1,) if none does
 
 
-def _by_hop(movements: Movements, bins: Bins, seen_before: list[Flags]) -> _ByHop:
+class _OfHop(NamedTuple):
+    """The sightings of one hop, sorted by bin."""
+
+    counts: Offsets  # (bins,)
+    particle: Ints  # (M,)
+    reward: Floats  # (M,) times the particle's weight; of straight flights rounded up
+    missed: Floats  # (M,) how probably the longest contact misses; (0,) if none does
+
+    def above(self, least: Floats) -> "_OfHop":
+        """Return those that, rounded up, earn more than the ``least`` of their particle, (N,)."""
+        if not least.any():
+            return self
+        kept = _rounded_up(self.reward) > least[self.particle]
+        bins = np.repeat(np.arange(len(self.counts)), self.counts)[kept]
+        return _OfHop(
+            np.bincount(bins, minlength=len(self.counts)),
+            self.particle[kept],
+            self.reward[kept],
+            self.missed[kept] if len(self.missed) else self.missed,
+        )
+
+
+def _listed_above(
+    movements: Movements, bins: Bins, seen_before: list[Flags], floors: Sequence[Floats]
+) -> tuple[Floats, list[_OfHop]]:
+    """Return the floor that is taken, and the sightings of each hop above it."""
     hops, problem = movements.hops, movements.problem
-    objective, weight, sensor = problem.objective, problem.futures.weight, problem.sensor
-    counts = np.zeros((len(hops), bins.total), dtype=np.int64)
-    particles, rewards, leg_rewards, missed, total = [], [], [], [], 0
+    weight, sensor, higher = problem.futures.weight, problem.sensor, iter(floors)
+    floor, of_hops, total = next(higher), list[_OfHop](), 0
     sight = blank(bins.total, len(weight), lasting=not sensor.is_perfect)
-    for hop in range(len(hops) if sensor.detects_in_transit else hops.legs):
-        sweep(hops.motion(hop), movements.pieces, bins, sensor.radius_m, sight)
-        seen = listed(sight, objective.ends_s, seen_before[hops.from_node[hop]])
-        counts[hop], total = seen.counts, total + len(seen.particle)
-        if total > MOST_SIGHTINGS:
-            raise NotApplicableError(
-                f"the bound for road plans lists more than {MOST_SIGHTINGS:,} sightings here; "
-                "take a smaller net, fewer particles or a shorter horizon"
-            )
-        reward = objective.reward(seen.at_s) * weight[seen.particle]
-        particles.append(seen.particle)
-        rewards.append(_rounded_up(reward))
-        if not sensor.is_perfect:
-            missed.append(np.exp(-sensor.rate_per_s * seen.lasts_s))
-        if hop < hops.legs:
-            leg_rewards.append(reward)
+    for hop in range(len(hops)):
+        if sensor.detects_in_transit or hop < hops.legs:
+            sweep(hops.motion(hop), movements.pieces, bins, sensor.radius_m, sight)
+        seen = listed(sight, problem.objective.ends_s, seen_before[hops.from_node[hop]])
+        reward = problem.objective.reward(seen.at_s) * weight[seen.particle]
+        reward = reward if hop < hops.legs else _rounded_up(reward)
+        missed = np.exp(-sensor.rate_per_s * seen.lasts_s)
+        of_hops.append(_OfHop(seen.counts, seen.particle, reward, missed).above(floor * weight))
+        total += len(of_hops[-1].particle)
+        while total > MOST_SIGHTINGS:
+            floor = _next(higher)
+            of_hops = [one.above(floor * weight) for one in of_hops]
+            total = sum(len(one.particle) for one in of_hops)
+    return floor, of_hops
+
+
+def _next(higher: Iterator[Floats]) -> Floats:
+    """Return the next higher floor."""
+    floor = next(higher, None)
+    if floor is None:
+        raise NotApplicableError(
+            f"the bound for road plans lists more than {MOST_SIGHTINGS:,} sightings here; "
+            "take a smaller net, fewer particles or a shorter horizon"
+        )
+    return floor
+
+
+def _joined(of_hops: list[_OfHop], legs: int) -> _ByHop:
+    missed = np.concatenate([one.missed for one in of_hops])
     return _ByHop(
-        first_rows(counts),
-        np.concatenate(particles),
-        np.concatenate(rewards),
-        np.concatenate(leg_rewards),
-        np.concatenate(missed) if missed else np.zeros(1),
+        first_rows(np.array([one.counts for one in of_hops])),
+        np.concatenate([one.particle for one in of_hops]),
+        np.concatenate([_rounded_up(one.reward) for one in of_hops]),
+        np.concatenate([one.reward for one in of_hops[:legs]]),
+        missed if len(missed) else np.zeros(1),
     )
 
 

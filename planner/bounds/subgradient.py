@@ -12,6 +12,7 @@ PATIENCE = 8  # steps without a lower bound, after which they grow shorter
 SHORTER, INERTIA = 0.7, 0.7
 AIM = 0.3  # of the gap left, below the lowest bound: the bound that a step aims at
 SHORTEST = 1e-3
+STARTS = (0.99, 0.97, 0.93, 0.85, 0.75)  # of what a plan earns: prices to try as the first ones
 
 
 class Priced(Protocol):
@@ -27,6 +28,12 @@ class Priced(Protocol):
 
     def bound(self, prices: Floats) -> Bounded:
         """Return the greatest expected reward that prices, (N,), allow."""
+
+
+def first_prices(table: Priced, earned: Floats) -> Floats:
+    """Return the best ones of some prices, (N,), to start from where a plan earns so much, (N,)."""
+    tried = (np.maximum(share * earned, table.floor) for share in STARTS)
+    return min(tried, key=lambda prices: table.bound(prices).reward)
 
 
 def lowest(

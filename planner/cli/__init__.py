@@ -27,8 +27,8 @@ soon as possible on average.
 
 A scenario describes what is known: the road network, where the vehicle may have
 started, how fast it drives and where it may turn, where the drone starts and
-what it can see. SUMO simulates many possible futures of the vehicle. Road orders
-are flown against these futures, and the best ones against fresh targets.
+what it can see. SUMO simulates many possible futures of the vehicle. Road
+orders are flown against these futures, and the best ones against fresh targets.
 """
 
 Examples = tuple[tuple[str, str], ...]  # what is typed, and what that is for

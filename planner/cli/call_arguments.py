@@ -34,6 +34,14 @@ def add_call(parser: argparse.ArgumentParser) -> None:
         help="a .net.xml, a .sumocfg or an OpenStreetMap file; or a scenario, whose net, airspace "
         "and sensor are taken",
     )
+    _add_target(parser)
+    _add_drone(parser)
+    add_settings(parser)
+    add_permit(parser)
+
+
+def _add_target(parser: argparse.ArgumentParser) -> None:
+    """Add where and when the target was last seen, and what it is."""
     parser.add_argument(
         "--last-seen", required=True, metavar="WHERE", help="where the target was last seen"
     )
@@ -54,6 +62,10 @@ def add_call(parser: argparse.ArgumentParser) -> None:
         help="what it is: driving, fleeing, joyride, lorry, lost, parked, or a .toml with keys of "
         "[target] (default: %(default)s)",
     )
+
+
+def _add_drone(parser: argparse.ArgumentParser) -> None:
+    """Add where the drone is, what it is, and from when until when it flies."""
     parser.add_argument(
         "--drone-at",
         required=True,
@@ -79,8 +91,6 @@ def add_call(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--battery", metavar="25min", help="how long it can be in the air (default: the aircraft's)"
     )
-    add_settings(parser)
-    add_permit(parser)
 
 
 def call_of(arguments: argparse.Namespace, now: "datetime") -> "Call":
@@ -136,14 +146,23 @@ def write_call(call: "Call", file: Path, source: str, permit: "Permit") -> "Open
     permit
         As `permit_of` has it.
     """
+    file.write_text(call.text(), encoding="utf-8")
+    opened = [_opened(call, site, file, source, permit) for site in range(len(call.sites))]
+    return opened[0]
+
+
+def _opened(call: "Call", site: int, file: Path, source: str, permit: "Permit") -> "OpenScenario":
+    """Return the scenario of a call, with the drone at one of its sites."""
     from planner.mission.call import as_said
     from planner.mission.opening import open_scenario
+    from planner.scenario.toml_text import toml_text
 
-    file.write_text(call.text(), encoding="utf-8")
+    overrides = [f"uav.start={toml_text(call.sites[site])}"] if site else []
     try:
-        return open_scenario(file, permit=permit)
+        return open_scenario(file, overrides=overrides, permit=permit)
     except ScenarioError as error:
-        raise ScenarioError(source, [as_said(fault, call) for fault in error.faults]) from error
+        faults = [as_said(fault, call, site) for fault in error.faults]
+        raise ScenarioError(source, faults) from error
 
 
 def _metres(text: str) -> float:

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 
 SUMMARY = "hold a planner of your own against what every planner owes"
 DETAILS = """\
-The planner is a function (problem, budget, rng) in a Python file. It plans for six
-small problems; what it breaks is told with a remedy, and the exit code is then 1."""
+The planner is a function (problem, budget, rng) in a Python file. It plans for
+six small problems; what it breaks is told with a remedy, and the exit code is
+then 1."""
 EXAMPLES = (
     ("check-planner mine.py:nearest", "does it keep the contract?"),
     ("check-planner mine.py:nearest --json", "the same for programs"),

@@ -7,8 +7,9 @@ from planner.errors import InputError
 
 SUMMARY = "run all combinations of factors, methods and seeds"
 DETAILS = """\
-Writes results.csv, results.parquet and timings.parquet. Each condition is stored
-in DIR as soon as it is done; rerun the command to resume a stopped experiment."""
+Writes results.csv, results.parquet and timings.parquet. Each condition is
+stored in DIR as soon as it is done; rerun the command to resume a stopped
+experiment."""
 EXAMPLES = (
     ("experiment figure8 --dry-run", "its conditions and their times"),
     ("experiment figure8 -o runs/8 --quick", "a small version to try it out"),

@@ -2,11 +2,13 @@
 
 import argparse
 from contextlib import ExitStack
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner.cli.arguments import add_jobs, add_origin, add_run, count, metres, path, permit_of
 from planner.cli.printing import print_result
+from planner.clock import rough
 from planner.errors import InputError
 
 if TYPE_CHECKING:
@@ -158,8 +160,25 @@ def run(arguments: argparse.Namespace) -> int:
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
     ends = f"written to {output}; read {formats.ABOUT} first"
     paths = [str(output / name) for name in files]
-    print_result(arguments, told.as_dict() | {"files": paths}, [*told.lines(names), ends])
+    late = _late_line(flights, datetime.now(UTC))
+    lines = [*told.lines(names), *([late] if late else []), ends]
+    print_result(arguments, told.as_dict() | {"files": paths}, lines)
     return 0
+
+
+def _late_line(flights: "Sequence[RunFlight]", now: datetime) -> str:
+    """Return that take-off has passed today; nothing where it has not, or it has no time of day."""
+    sighted_at = flights[0].flight.sighted_at
+    if sighted_at is None:
+        return ""
+    leaves_s = min(float(one.track.time_s[0]) for one in flights)
+    late = now - sighted_at - timedelta(seconds=leaves_s)
+    if not timedelta(seconds=1) <= late < timedelta(days=1):
+        return ""
+    return (
+        f"Take-off was planned for {rough(late.total_seconds())} ago, and the odds are those of a "
+        "flight on time: plan the call again, or `planner replan` with --uav-at."
+    )
 
 
 def _vehicle(arguments: argparse.Namespace, flight: "RunFlight") -> tuple[str, ...] | None:

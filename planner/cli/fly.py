@@ -22,6 +22,8 @@ from planner.errors import InputError
 
 if TYPE_CHECKING:
     from planner.futures.store import Recording
+    from planner.mission.fly import MissionRecord
+    from planner.mission.opening import OpenScenario
     from planner.mission.recorder import Recorder
 
 SUMMARY = "fly a plan against true targets"
@@ -183,18 +185,6 @@ def _add_track(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly a plan against true targets and write what happened to each."""
-    from planner.cli.session import Drive, new_files, recorded
-    from planner.mission.fly import fly
-    from planner.mission.run_folder import (
-        FLIGHTS,
-        OTHER_TARGETS,
-        open_run,
-        own_futures,
-        refuse_no_run,
-    )
-    from planner.mission.several import refuse_several
-    from planner.report import run_files, tables
-
     _check_route(arguments)
     if arguments.track is not None:
         return _debriefed(arguments)
@@ -206,11 +196,18 @@ def run(arguments: argparse.Namespace) -> int:
         from planner.cli.alarmed import fly_alarmed
 
         return fly_alarmed(arguments)
-    if arguments.alarm_s is not None or arguments.sequences is not None:
-        raise InputError("--alarm-s, --sequences: go with --alarms; give it, or neither of them")
-    if arguments.auto:
-        raise InputError("--auto: goes with --live; give both, or leave it out")
-    _refuse_without_track(arguments)
+    _refuse_what_goes_with_others(arguments)
+    return _fly(arguments)
+
+
+def _fly(arguments: argparse.Namespace) -> int:
+    """Fly a plan against targets that SUMO drives."""
+    from planner.cli.session import Drive, new_files, recorded
+    from planner.mission.fly import fly
+    from planner.mission.run_folder import FLIGHTS, open_run, refuse_no_run
+    from planner.mission.several import refuse_several
+    from planner.report.run_files import write_flights
+
     refuse_no_run(arguments.directory)
     with ExitStack() as stack:
         folder = new_files(stack, arguments.directory, (FLIGHTS,), force=arguments.force)
@@ -223,12 +220,25 @@ def run(arguments: argparse.Namespace) -> int:
         drive = Drive.of_truth("recording true targets", opened)
         recording = recorded(arguments, opened, drive, record)
         flown = fly(stored.plan, recording.futures, stored.sensor, stored.objective)
-        names = opened.scenario.target_names
-        run_files.write_flights(folder / FLIGHTS, recording, flown, names)
+        write_flights(folder / FLIGHTS, recording, flown, opened.scenario.target_names)
+    _print_flown(arguments, opened, recording, flown)
+    return 0
+
+
+def _print_flown(
+    arguments: argparse.Namespace,
+    opened: "OpenScenario",
+    recording: "Recording",
+    flown: "MissionRecord",
+) -> None:
+    """Print what happened to each target, or to all of them."""
+    from planner.mission.run_folder import FLIGHTS, OTHER_TARGETS, own_futures
+    from planner.report import run_files, tables
+
     written = arguments.directory / FLIGHTS
     summary = run_files.flight_figures(flown) | {"flights": str(written)}
     note = [] if own_futures(arguments.directory) is None else [OTHER_TARGETS]
-    in_town = not opened.network.is_abstract
+    in_town, names = not opened.network.is_abstract, opened.scenario.target_names
     first: list[Any] = [tables.flights_table(flown.evaluation, in_town=in_town)]
     if arguments.route is not None:
         first = [run_files.mission_line(flown, in_town=in_town)]
@@ -237,7 +247,6 @@ def run(arguments: argparse.Namespace) -> int:
         told = run_files.several_blocks(flown, recording.futures, names, in_town=in_town)
         first = [*told] if len(recording.futures) <= len(names) else [*first, *told]
     print_result(arguments, summary, [*first, *note, f"written to {written}"])
-    return 0
 
 
 def _debriefed(arguments: argparse.Namespace) -> int:
@@ -248,7 +257,12 @@ def _debriefed(arguments: argparse.Namespace) -> int:
     return debriefed(arguments)
 
 
-def _refuse_without_track(arguments: argparse.Namespace) -> None:
+def _refuse_what_goes_with_others(arguments: argparse.Namespace) -> None:
+    """Refuse options of the other ways to fly."""
+    if arguments.alarm_s is not None or arguments.sequences is not None:
+        raise InputError("--alarm-s, --sequences: go with --alarms; give it, or neither of them")
+    if arguments.auto:
+        raise InputError("--auto: goes with --live; give both, or leave it out")
     for name in (
         "takes_off_at",
         "sensor_from",

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 SUMMARY = "export the frozen instances as plain files, or score submitted plans"
 DETAILS = """\
-`export` writes a folder that needs neither SUMO nor this program: roads, UAV and
-sensor as JSON, futures as NumPy files, and a scorer. `results` flies the plans in
-DIR/NAME/*.json and makes a page of what they are worth."""
+`export` writes a folder that needs neither SUMO nor this program: roads, UAV
+and sensor as JSON, futures as NumPy files, and a scorer. `results` flies the
+plans in DIR/NAME/*.json and makes a page of what they are worth."""
 EXAMPLES = (
     ("instances export runs/instances", "all of them; takes minutes"),
     ("instances export runs/one --only bs3d", "one of them"),

@@ -5,6 +5,7 @@ import json
 import select
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,7 +26,6 @@ from planner.mission.news_words import heard
 from planner.mission.online import Mission, Remembering
 from planner.mission.places import waypoints
 from planner.mission.run_folder import open_run, refuse_no_run
-from planner.mission.several import refuse_several
 from planner.report import news_lines
 
 POLL_S = 0.2  # between two looks at the file
@@ -33,10 +33,9 @@ NAME = "live.jsonl"  # in the run's folder
 
 
 def fly_live(arguments: argparse.Namespace) -> int:
-    """Read news until the target is found, the flight is over, or somebody ends it."""
+    """Read news until all targets are found, the flight is over, or somebody ends it."""
     refuse_no_run(arguments.directory)
     opened, stored = open_run(arguments.directory, permit_of(arguments))
-    refuse_several(opened, "fly --live")
     written: Path = arguments.output or arguments.directory / NAME
     mission = Mission(Remembering(opened, arguments.jobs), stored.plan, BEST)
     mission.warm_up()
@@ -54,7 +53,7 @@ def fly_live(arguments: argparse.Namespace) -> int:
             try:
                 meant, now_s = watch.heard(line)
                 listener.say("; ".join(meant.said))
-                if ends(meant):
+                if ends(meant, mission.opened):
                     break
                 live.hear(meant, now_s, listener.decides)
             except InputError as error:
@@ -97,18 +96,24 @@ class _Watch:
 
 
 def _lines(file: Path, is_over: Callable[[], bool]) -> Iterator[_Line]:
-    """Yield the lines of a file as they are appended, until it is over."""
-    read, number = 0, 0
+    """Yield the lines of a file as they are appended, until it is over.
+
+    A file that is written anew has new lines as well: those that were not there as often before.
+    """
+    read, before = Counter[str](), b""
     while not is_over():
         content = file.read_bytes() if file.is_file() else b""
-        whole = content.rfind(b"\n") + 1
-        for text in content[read:whole].decode("utf-8", "replace").splitlines():
-            number += 1
-            if text.strip():
-                yield _Line(number, text)
-        if whole == read:
+        if content == before:
             time.sleep(POLL_S)
-        read = max(read, whole)
+            continue
+        before, known = content, read.copy()
+        whole = content[: content.rfind(b"\n") + 1].decode("utf-8", "replace")
+        for number, text in enumerate(whole.splitlines(), 1):
+            if known[text]:
+                known[text] -= 1
+            elif text.strip():
+                read[text] += 1
+                yield _Line(number, text)
 
 
 class _Listener:

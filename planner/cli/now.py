@@ -2,12 +2,14 @@
 
 import argparse
 import json
+import os
 import select
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,12 +29,12 @@ DETAILS = (
     call_arguments.DETAILS
     + """
 
-Shows where the target may be at once, a first plan soon, and better ones as they
-come, until no more are tried. A key, or Ctrl-C, ends with the best. Open
+Shows where the target may be at once, a first plan soon, and better ones as
+they come, until no more are tried. A key, or Ctrl-C, ends with the best. Open
 DIR/page.html in a browser: it turns into the next one by itself. DIR holds the
-best so far: the files of `planner plan`, and scenario.toml, from which `planner
-plan` makes the same plan again. Planning takes time: the drone takes off when the
-plan is there, or when it is ready, whichever is later."""
+best so far: the files of `planner plan`, and scenario.toml, from which
+`planner plan` makes the same plan again. Planning takes time: the drone takes
+off when the plan is there, or when it is ready, whichever is later."""
 )
 EXAMPLES = (
     ('now berlin --last-seen "Am Studio" --at -2min --drone-at 52.43,13.52', ""),
@@ -88,14 +90,25 @@ def run(arguments: argparse.Namespace) -> int:
         def elapsed_s() -> float:
             return (datetime.now().astimezone() - call.called_at).total_seconds()
 
+        no_plan_yet = stack.enter_context(ExitStack())
+        no_plan_yet.enter_context(undone_if_stopped(partial(_tell_of_call, folder)))
         progress = _progress_told if arguments.events else progress_lines
         how = How(elapsed_s, ask, arguments.jobs, progress, permit)
         for event in events(call, folder / FILE, how):
             if isinstance(event, FirstPlan):
+                no_plan_yet.close()
                 ask.listen()
             for listener in listeners:
                 listener(event)
     return 0
+
+
+def _tell_of_call(folder: Path) -> None:
+    """Say what a folder holds whose call was stopped before its first plan."""
+    said = (
+        f"planner: {folder} holds the call, without a plan yet; `planner plan {folder}` makes one\n"
+    )
+    os.write(2, said.encode())
 
 
 def _teller(call: "Call", arguments: argparse.Namespace) -> "Callable[[Event], None]":
@@ -255,8 +268,7 @@ def _said(event: "Event") -> tuple[str, list[str]]:
         case now.Outlook():
             return "what the odds depend on", [*call_screen.screen(event.plan, event)]
         case now.Done():
-            ended = "stopped: the best plan so far" if event.stopped else "the best plan"
-            return f"{ended} takes off {call_screen.take_off(event.plan)}", []
+            return call_screen.done_line(event), []
 
 
 class _Told:

@@ -1,6 +1,7 @@
 """`planner plan`: its options; `planning` does the work."""
 
 import argparse
+import textwrap
 
 from planner.cli.arguments import (
     add_backend,
@@ -90,7 +91,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_targets(parser)
     parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
-    methods = (f"  {method.name:<21} {method.summary}" for method in METHODS)
+    methods = (
+        textwrap.fill(f"  {one.name:<21} {one.summary}", 80, subsequent_indent=24 * " ")
+        for one in METHODS
+    )
     parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cli.arguments import add_jobs, add_run, count, path, permit_of, span
 from planner.cli.printing import print_result
 from planner.errors import InputError
+from planner.messages import as_written
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,10 +25,10 @@ SUMMARY = "plan the rest of a flight anew with what has come in"
 DETAILS = """\
 UAVs fly on from where their plan has them at TIME, or from where you say they
 are. What they have flown without finding the target counts, and so does the
-news. The plan there was goes on unless a new one is better on the same particles.
-PLACE is a street, a crossing, coordinates or a node, as `planner now` takes it.
-Writes a new run, which names the one it is the rest of. UAVs keep their numbers;
-one that is lost flies no more."""
+news. The plan there was goes on unless a new one is better on the same
+particles. PLACE is a street, a crossing, coordinates or a node, as `planner
+now` takes it. Writes a new run, which names the one it is the rest of. UAVs
+keep their numbers; one that is lost flies no more."""
 EXAMPLES = (
     ('replan runs/town --at 540 --report "seen at Am Studio at -2min, 70 %"', ""),
     ("replan runs/town --at 540 --searched other.gpx --radius-m 200", ""),
@@ -75,7 +76,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PLACE",
         help="that one more UAV, like UAV 1, takes off from there now; repeatable (more by --news)",
     )
-    parser.add_argument("--lost-at", metavar="PLACE", help="where a found target was lost again")
+    parser.add_argument(
+        "--lost-at",
+        metavar="PLACE",
+        help="where a found target was lost again (of several UAVs say with --uav who followed it)",
+    )
     parser.add_argument(
         "--gap", type=span, metavar="S", help="with --lost-at: how long ago (default: 30)"
     )
@@ -177,6 +182,11 @@ def _heard(
 
     setting = setting_of(opened, stored, stored.plan.take_off_s, Path())
     at_s = time_of("--at", arguments.at, setting)
+    if at_s < 0.0:
+        raise InputError(
+            f"--at: {as_written(arguments.at)} is before the target was last seen; give seconds "
+            "since then, or a time of day"
+        )
     setting = setting._replace(now_s=at_s)
     found = heard_of(arguments, setting)
     for line in _lines(arguments):

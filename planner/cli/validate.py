@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 SUMMARY = "check the belief against true vehicles of runs that no particle has seen"
 DETAILS = """\
-The true vehicles are targets that ride in realisations of the scenario's traffic
-in which no particle rides, or those of files of yours, a file for each day: SUMO's
-FCD, a futures.parquet, or the track of a GPS in one vehicle (GPX, or CSV with time,
-lon and lat). They must set out as the scenario says of the target. Intervals are
-over realisations, or days: cars of one queue behind each other.
+The true vehicles are targets that ride in realisations of the scenario's
+traffic in which no particle rides, or those of files of yours, a file for each
+day: SUMO's FCD, a futures.parquet, or the track of a GPS in one vehicle (GPX,
+or CSV with time, lon and lat). They must set out as the scenario says of the
+target. Intervals are over realisations, or days: cars of one queue behind each
+other.
 The exit code is 0 whatever is found; --json says so in "is_off".
 """
 EXAMPLES = (

@@ -20,8 +20,8 @@ from planner.belief.prior import Prior, in_town
 from planner.belief.recipe import Drawn, Recipe
 from planner.cache import is_whole
 from planner.errors import InputError
+from planner.futures.answers import KNOT_EVERY_S
 from planner.futures.futures import Futures
-from planner.futures.record import KNOT_EVERY_S
 from planner.futures.truncate import recorded_until
 from planner.messages import as_written
 from planner.network.road_network import RoadNetwork

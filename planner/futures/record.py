@@ -12,23 +12,20 @@ from planner.arrays import Offsets
 from planner.belief.particles import Particles
 from planner.belief.sampling import LARGEST_SEED
 from planner.checked import number, whole
-from planner.errors import InputError, SumoError
-from planner.futures.among_traffic import RIDERS, futures_of_riders, ridings
-from planner.futures.fcd import Samples, read_samples
+from planner.errors import InputError
+from planner.futures.among_traffic import RIDERS, ridings
+from planner.futures.answers import Batch, collected
 from planner.futures.forks import CAN_FORK
 from planner.futures.futures import Futures
 from planner.futures.kept import Kept, recorded_of
-from planner.futures.knots import TOLERANCE_M, DrivenRoutes, futures_of_samples
+from planner.futures.knots import TOLERANCE_M
 from planner.futures.riders import Ridden, TrafficSession, drive
 from planner.futures.rides import Ride, Session
 from planner.futures.simulation import Run
-from planner.futures.timing import as_timed
-from planner.futures.tracks import futures_of_tracks, tracks_of_rides
 from planner.futures.traffic import Traffic
 from planner.futures.vehicles import vehicles_of
 from planner.futures.warm_up import Warm, breakdown
 from planner.futures.workers import HERE, Backend
-from planner.locks import temporary_folder
 from planner.network.road_network import RoadNetwork
 from planner.progress import Progress
 from planner.streams import stream
@@ -41,7 +38,6 @@ SHARED = 100  # particles in one run, where they can be kept from noticing each 
 SESSION = 100  # particles that share a session's seed, where each rides alone
 STRAIGHT_STEP_S = 10.0  # knots at the ends of straight roads come from distance and speed
 STEP_S = 1.0
-KNOT_EVERY_S = 300.0  # in towns recordings have knots there, so that they can be cut
 LEAST_RIDES = 10  # for which it is worth to load a session
 FIRST_NOTED = 250  # particles that a note is made on first; each later one takes twice as many
 STANDS_M, STANDS_S = 1.0, 300.0  # who moves less in a time longer than signals are red
@@ -199,12 +195,12 @@ class _Set:
         """Whether all particles are recorded."""
         return len(self.kept.missing) == 0
 
-    def take(self, task: int, batch: "Batch", answer: bytes | list[Ride] | Ridden) -> None:
+    def take(self, task: int, batch: Batch, answer: bytes | list[Ride] | Ridden) -> None:
         """Keep what has come of a part of them."""
         if isinstance(answer, Ridden) and answer.warm is not None:
             self._warm[task] = answer.warm
         tolerance_m = tolerance_of(self._network, self._how.tolerance_m)
-        self.kept.keep(*_collected(self._network, self._particles, batch, answer, tolerance_m))
+        self.kept.keep(*collected(self._network, self._particles, batch, answer, tolerance_m))
         note, ready = self._how.note, self.kept.ready
         if note is not None and not self.way.together and self._due <= ready < self.kept.count:
             self.said, self._due = note(_weighted(self.kept, self._particles, ready)), 2 * ready
@@ -272,13 +268,6 @@ def tolerance_of(network: RoadNetwork, tolerance_m: float | None) -> float:
     if tolerance_m is not None:
         return number("tolerance_m", tolerance_m, above=0.0)
     return TOLERANCE_M if network.is_abstract else TOWN_TOLERANCE_M
-
-
-class Batch(NamedTuple):
-    """What a process is asked for, and of which particles each part of its answer is."""
-
-    parts: tuple[Offsets, ...]
-    task: Run | Session | TrafficSession
 
 
 def _batches(wanted: Wanted, network: RoadNetwork, how: How, sessions: int) -> Iterator[Batch]:
@@ -350,58 +339,3 @@ def session_of(
         step_s=STEP_S,
         end_s=horizon_s,
     )
-
-
-def _collected(
-    network: RoadNetwork,
-    particles: Particles,
-    batch: Batch,
-    answer: bytes | list[Ride] | Ridden,
-    tolerance_m: float,
-) -> tuple[Offsets, Futures]:
-    """Return which particles a part of an answer is of, and their futures, without weights."""
-    task = batch.task
-    if isinstance(task, TrafficSession):
-        assert isinstance(answer, Ridden)
-        futures = futures_of_riders(
-            answer, task.realisation, network, tolerance_m=tolerance_m, every_s=KNOT_EVERY_S
-        )
-        return batch.parts[answer.number], futures
-    (some,) = batch.parts
-    if isinstance(task, Session):
-        assert isinstance(answer, list)
-        tracks = tracks_of_rides(answer, network, step_s=task.step_s)
-        in_town = task.free and not network.is_abstract
-        every_s = KNOT_EVERY_S if in_town else None
-        return some, futures_of_tracks(tracks, tolerance_m=tolerance_m, every_s=every_s)
-    assert isinstance(answer, bytes)
-    samples = _samples(task, answer, network)
-    numbers = np.array([int(name) for name in samples.names])
-    routes = DrivenRoutes(
-        [particles.route(k) for k in numbers], [particles.speeds(k) for k in numbers]
-    )
-    ended = (task.end_s, task.step_s)
-    futures = futures_of_samples(
-        samples, network, routes=routes, ended=ended, tolerance_m=tolerance_m
-    )
-    return some, as_timed(
-        futures.take(np.argsort(numbers)), particles.take(np.sort(numbers)), network, task.end_s
-    )
-
-
-def _samples(run: Run, content: bytes, network: RoadNetwork) -> Samples:
-    """Return what SUMO recorded of a shared run.
-
-    Raises
-    ------
-    SumoError
-        If a vehicle never entered the net.
-    """
-    with temporary_folder() as work:
-        path = work / "fcd.parquet"
-        path.write_bytes(content)
-        samples = read_samples(path, network)
-    missing = {vehicle.name for vehicle in run.vehicles} - set(samples.names)
-    if missing:
-        raise SumoError(f"SUMO never let particle {min(missing)} into {network.given_as}")
-    return samples

@@ -115,10 +115,15 @@ def understood(words: Words, now: datetime) -> Call:
     return replace(call, tables=found.tables, understood=(*call.understood, *found.said))
 
 
-def as_said(fault: Fault, call: Call) -> Fault:
+def as_said(fault: Fault, call: Call, site: int = 0) -> Fault:
     """Return the fault of a call's scenario as one of the word that its key comes from.
 
     The key stays beside it where the word named a file, which has keys.
+
+    Parameters
+    ----------
+    site
+        From which of the places the drone takes off in that scenario.
     """
     if any(fault.is_about(key_of(setting)) for setting in call.words.settings):
         return replace(fault, key=f"{OPTION} {fault.key}")
@@ -126,6 +131,8 @@ def as_said(fault: Fault, call: Call) -> Fault:
     files = {"--target": call.tables["target"]["profile"], "--aircraft": call.words.aircraft}
     if option is None:
         return fault
+    if option == "--drone-at" and len(call.sites) > 1:
+        return replace(fault, key=f"{option} {as_written(call.words.drone_at[site])}")
     in_file = str(files.get(option)).endswith(".toml")
     return replace(fault, key=f"{option} ({fault.key})" if in_file else option)
 

@@ -92,9 +92,11 @@ class Live:
         self.mission.goes_on(going_on, offer.plan if taken else going_on.incumbent)
 
 
-def ends(heard: Heard) -> bool:
-    """Return whether news ends a mission: the target is found."""
-    return any(isinstance(one, FoundNews) for one in heard.news)
+def ends(heard: Heard, opened: OpenScenario) -> bool:
+    """Return whether news ends a mission: no target is left that is not found."""
+    known = (*opened.news, *heard.news)
+    found = {one.target for one in known if isinstance(one, FoundNews)}
+    return len(found) == len(opened.scenario.targets)
 
 
 def _now_s() -> float:

@@ -61,7 +61,10 @@ def given(
     weight = posterior(futures, np.where(is_found, 1.0, likelihood), absent)
     weight = np.where(is_found, 0.0, weight)
     if found and len(weight) and not weight.any():
-        raise InputError("news: every target is found, and nothing is left to search for")
+        raise InputError(
+            "news.heard: says of every target that it is found, so that nothing is left to search "
+            "for; leave it out of one that is to be searched"
+        )
     return futures.reweighted(weight)
 
 

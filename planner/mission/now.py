@@ -21,6 +21,7 @@ from planner.errors import NotApplicableError, ScenarioError
 from planner.flight.plan import Plan
 from planner.futures.futures import Futures
 from planner.futures.store import Recording
+from planner.futures.workers import HERE
 from planner.mission.call import Call
 from planner.mission.guess import planning_guess
 from planner.mission.now_events import (
@@ -222,11 +223,13 @@ class _Planning:
         Parameters
         ----------
         wait_s
-            For how long there are no fresh targets yet.
+            For how long there would be no fresh targets yet, were it not for the search, which
+            shares the processors with those that drive them.
         """
         begun_s, work = self._how.elapsed_s(), rung.work * len(sites)
         takes_s = FIRST_S if self._unit_s is None else SPARE * self._unit_s * work
-        take_off_s = self._take_off_s(begun_s + max(takes_s, wait_s))
+        shared_s = wait_s + takes_s / HERE.size(self._how.workers)
+        take_off_s = self._take_off_s(begun_s + max(takes_s, shared_s))
         found = [
             self._attempt(METHOD, self._opened(rung, site, take_off_s), planning, holdout)
             for site in sites

@@ -109,6 +109,7 @@ def plan_content(
             **_misses(problem.sensor),
             **({} if planned.objective.sought == 1 else {"sought": planned.objective.sought}),
             **_objective(planned),
+            **_first_and_last(planned),
         },
         "evaluated": figures(evaluated) | {"targets": len(evaluated.weight), "seed": seed},
     }
@@ -155,6 +156,19 @@ def _several(evaluation: Evaluation) -> dict[str, Any]:
     first, last = first_and_last(evaluation)
     each = [{"target": n, **_find(find_of(one))} for n, one in evaluation.each.items()]
     return {"several": {"each": each, "first": _find(first), "last": _find(last)}}
+
+
+def _first_and_last(planned: Evaluation) -> dict[str, Any]:
+    """Return when any and all of several targets are found, which the particles alone tell."""
+    if planned.objective.sought == 1:
+        return {}
+    return {
+        name: {
+            "expected_detection_time_s": find.expected_s,
+            "found_probability": find.probability,
+        }
+        for name, find in zip(("first", "last"), first_and_last(planned), strict=True)
+    }
 
 
 def _find(find: Find) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from planner.belief.mixture import OneBelief, Several, parts_of
 from planner.mission.aircraft import aircraft_of, never_flown, not_kept
 from planner.mission.opening import OpenScenario
 from planner.network.road_network import RoadNetwork
-from planner.network.survey import reach_m
+from planner.network.survey import edges_told, reach_m
 from planner.scenario.checks import slow_uav_warning
 from planner.scenario.listed import keys_of, named_for
 
@@ -58,16 +58,19 @@ def _yards_of(
     if isinstance(start, str) or network.is_abstract:
         return
     probability = sum(prior.edge_probability for prior in parts_of(belief))
-    for edge in np.flatnonzero(probability).tolist():
-        metres = reach_m(network, edge)
-        if metres < YARD_SHARE * float(network.edge_length_m.sum()):
-            key = f"{section}.start.{network.edge_ids[edge]}: is"
-            if not isinstance(start, dict):
-                key = f"{section}.start: {network.edge_ids[edge]}, which is part of it, is"
-            yield (
-                f"{key} a yard: no car gets farther from there than {metres:,.0f} m of roads, and "
-                "none leaves the map"
-            )
+    most_m = YARD_SHARE * float(network.edge_length_m.sum())
+    reach = ((edge, reach_m(network, edge)) for edge in np.flatnonzero(probability).tolist())
+    yards = {network.edge_ids[edge]: metres for edge, metres in reach if metres < most_m}
+    if isinstance(start, dict):
+        for name, metres in yards.items():
+            yield f"{section}.start.{name}: is a yard: {_shut_in(metres)}"
+    elif yards:
+        told = edges_told(tuple(yards), "are part of it are yards")
+        yield f"{section}.start: {told}; {_shut_in(max(yards.values()))}"
+
+
+def _shut_in(metres: float) -> str:
+    return f"no car gets farther from there than {metres:,.0f} m of roads, and none leaves the map"
 
 
 def _far(opened: OpenScenario) -> Iterator[str]:

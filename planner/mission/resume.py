@@ -101,7 +101,8 @@ def resumed(
     Raises
     ------
     InputError
-        If nobody flies any more, or a UAV is named that there is not.
+        If nobody flies any more, or something is said of a UAV that there is not, or that is on
+        the ground.
     """
     opened = with_joined(opened, standing.joined, standing.at_s)
     problems = problems_of(opened, NO_TARGETS)
@@ -209,6 +210,8 @@ class _Now:
             return _Part(self._changed(NO_MORE), flown=_flown_until(flown, by_s))
         if begun and self._is_up(begun[-1], len(begun) - 1, said, last=not waiting):
             return self._in_flight(begun, waiting, said)
+        if said != OfUav() and (waiting or not begun):
+            self._refuse_on_ground()
         left = self.uav.sorties - len(begun)
         if not begun:
             return _Part(self._changed(self._ready(left)), waiting)
@@ -228,6 +231,14 @@ class _Now:
         if uav.aircraft is not None and uav.return_to_m is not None and not is_alone:
             down_s = uav.aircraft.law.descend_s
         return self.at_s < flight.end_s - down_s
+
+    def _refuse_on_ground(self) -> None:
+        many = len(self.opened.scenario.uavs)
+        who = "the UAV" if many == 1 else f"UAV {self.number + 1}"
+        raise InputError(
+            f"uav: {who} is on the ground at {clock(self.at_s)}, as planned, where no place, "
+            "battery or delay of it counts; leave out what is said of it"
+        )
 
     def _in_flight(self, begun: Sequence[Plan], waiting: tuple[Plan, ...], said: OfUav) -> _Part:
         """Return how it goes on in the middle of the last flight that it has begun."""

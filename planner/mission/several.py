@@ -39,4 +39,6 @@ def refuse_fleet(opened: OpenScenario, what: str) -> None:
         If it has several.
     """
     if len(opened.scenario.uavs) > 1:
-        raise InputError(f"{what}, and the plan is for several")
+        raise InputError(
+            f"{what}, and the plan is for several; plan for one, with [uav] in place of [[uav]]"
+        )

@@ -9,7 +9,12 @@ import numpy as np
 from planner.errors import Fault, InputError
 from planner.flight.uav import Uav
 from planner.messages import as_written, suggestion
-from planner.network.georeference import grid_convergence_deg, is_georeferenced, xy_of_lonlat
+from planner.network.georeference import (
+    grid_convergence_deg,
+    is_georeferenced,
+    lonlat,
+    xy_of_lonlat,
+)
 from planner.network.road_network import RoadNetwork
 from planner.scenario.uav import UavSection
 from planner.scenario.uav_values import (
@@ -123,9 +128,20 @@ def far_faults(uav: UavSection, network: RoadNetwork, reach_m: float) -> Iterato
     low, high = network.shape_xy_m.min(axis=0), network.shape_xy_m.max(axis=0)
     away_m = math.hypot(*np.maximum(np.maximum(low - place, place - high), 0.0))
     if away_m > reach_m and away_m > FAR * float((high - low).max()):
+        where, remedy = _box(uav.start, low, high, network)
         yield Fault(
             "uav.start",
-            f"lies {away_m / 1000:.6g} km from the net (x {low[0]:.8g} to {high[0]:.8g}, y "
-            f"{low[1]:.8g} to {high[1]:.8g} m), farther than the UAV flies by search.horizon_s; "
-            "give a place nearby, in metres as the net has them",
+            f"lies {away_m / 1000:.6g} km from the net ({where}), farther than the UAV flies by "
+            f"search.horizon_s; give a place nearby{remedy}",
         )
+
+
+def _box(
+    start: UavStart, low_m: np.ndarray, high_m: np.ndarray, network: RoadNetwork
+) -> tuple[str, str]:
+    """Return where a net lies, in the units that a start is given in, and which these are."""
+    if isinstance(start, LonLatPlace):
+        (west, south), (east, north) = lonlat(network, np.array([low_m, high_m])).tolist()
+        return f"lat {south:.5f} to {north:.5f}, lon {west:.5f} to {east:.5f}", ""
+    x_m, y_m = (f"{low:.8g} to {high:.8g}" for low, high in zip(low_m, high_m, strict=True))
+    return f"x {x_m}, y {y_m} m", ", in metres as the net has them"

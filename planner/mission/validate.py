@@ -199,7 +199,9 @@ class _Judge:
         """Return which truths are within the middle of the cloud, (T,), 1.0 or 0.0."""
         order = np.argsort(believed, kind="stable")
         below = np.concatenate(([0.0], np.cumsum(weight[order])))
-        at, upto = np.searchsorted(believed[order], [true - ALIKE_M, true + ALIKE_M])
+        at = np.searchsorted(believed[order], true - ALIKE_M)
+        # To the right: all that have left are at infinity, from where no step leads past them.
+        upto = np.searchsorted(believed[order], true + ALIKE_M, side="right")
         # One more vehicle, the truth itself, is as likely as any of the particles.
         own = below[-1] / len(believed)
         rank = (below[at] + chance * (below[upto] - below[at] + own)) / (below[-1] + own)

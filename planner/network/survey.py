@@ -215,8 +215,8 @@ def remarks(found: Survey, network: RoadNetwork) -> list[str]:
             found.pieces > 1,
             f"it is in {found.pieces} pieces, which no road joins: a target stays in its own",
         ),
-        (bool(found.not_reached), _told(found.not_reached, "no car gets to from elsewhere")),
-        (bool(found.not_left), _told(found.not_left, "no car gets away from")),
+        (bool(found.not_reached), edges_told(found.not_reached, "no car gets to from elsewhere")),
+        (bool(found.not_left), edges_told(found.not_left, "no car gets away from")),
         (
             found.exits == 0 and not network.is_abstract,
             "no exits: a closed box, which nobody leaves (network.exits)",
@@ -236,7 +236,8 @@ def _is_one_road(network: RoadNetwork) -> bool:
     return len(ends) == 2 and len(np.unique(ends, axis=0)) == 1
 
 
-def _told(names: tuple[str, ...], what: str) -> str:
+def edges_told(names: tuple[str, ...], what: str) -> str:
+    """Return how many edges something is true of, in words, with the first of their names."""
     more = ", ..." if len(names) > SHOWN else ""
     edges = "1 edge that" if len(names) == 1 else f"{len(names):,} edges that"
     return f"{edges} {what}: {', '.join(names[:SHOWN])}{more}"

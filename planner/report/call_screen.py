@@ -11,14 +11,22 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from planner.arrays import Floats
-from planner.clock import to_minute, to_second
+from planner.clock import rough, to_minute, to_second
 from planner.detection.evaluation import Evaluation
 from planner.detection.paired import Ahead
 from planner.detection.prospects import gone_by
 from planner.messages import percent
 from planner.mission.call import Call
 from planner.mission.guess import told_reach
-from planner.mission.now_events import BetterPlan, Cloud, Condition, FirstPlan, NoBetter, Outlook
+from planner.mission.now_events import (
+    BetterPlan,
+    Cloud,
+    Condition,
+    Done,
+    FirstPlan,
+    NoBetter,
+    Outlook,
+)
 from planner.network.georeference import coordinates, grid_convergence_deg, is_georeferenced
 from planner.network.street_names import road_phrase, street_at
 from planner.report.formats import length
@@ -65,6 +73,14 @@ def no_better_line(event: NoBetter) -> str:
     """Return that the plan before stands."""
     lead = _lead(event.lead)
     return f"no better plan on {event.particles:,} particles, so it stands; the other: {lead}"
+
+
+def done_line(event: Done) -> str:
+    """Return when the best plan takes off, and how late that is already."""
+    which = "stopped: the best plan so far" if event.stopped else "the best plan"
+    late_s = event.elapsed_s - event.plan.take_off_s
+    late = f", {rough(late_s)} ago: fly now, or call again for a later one" if late_s >= 1.0 else ""
+    return f"{which} takes off {take_off(event.plan)}{late}"
 
 
 def take_off(event: FirstPlan) -> str:

@@ -65,7 +65,7 @@ def results_table(
         By the condition's id: no expected detection time is later.
     """
     header, levels, usual = _levels(rows, factors)
-    named = [Column(name, left=name in ("method", OTHERS)) for name in (*header, "method")]
+    named = [_column(name) for name in (*header, "method")]
     groups: dict[tuple[str, ...], list[Row]] = {}
     for row, cells in zip(rows, levels, strict=True):
         groups.setdefault((*cells, row["method"]), []).append(row)
@@ -188,19 +188,29 @@ def exported_table(exported: Sequence[Exported]) -> "Table":
     return table
 
 
-def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> "Table":
+def conditions_table(conditions: Sequence[Condition], finished: Sequence[bool]) -> FittingTable:
     """Return the conditions of an experiment, and which of them are finished."""
-    table = titled_table(f"{len(conditions):,} conditions, {sum(finished):,} of them finished")
     rows = [one.levels for one in conditions]
-    header, levels, table.caption = _levels(rows, list(conditions[0].levels))
-    table.add_column("id", no_wrap=True)
-    for name in (*header, "method", "seed", "finished"):
-        left = name in ("method", OTHERS)
-        table.add_column(name, justify="left" if left else "right", overflow="fold")
+    header, levels, usual = _levels(rows, list(conditions[0].levels))
+    table = FittingTable(
+        f"{len(conditions):,} conditions, {sum(finished):,} of them finished",
+        [
+            Column("id", rank=3, left=True),
+            *map(_column, (*header, "method")),
+            Column("seed", rank=1),
+            Column("finished", rank=2),
+        ],
+        caption=usual or "",
+    )
     for condition, cells, done in zip(conditions, levels, finished, strict=True):
         mark = "yes" if done else "-"
         table.add_row(condition.id, *cells, condition.method, str(condition.seed), mark)
     return table
+
+
+def _column(name: str) -> Column:
+    """Return a column of the levels of a factor; the last part of its key has a line of its own."""
+    return Column(".\n".join(name.rsplit(".", 1)), left=name in ("method", OTHERS), wraps=True)
 
 
 def _levels(

@@ -1,7 +1,7 @@
 """Times and lengths as people read them, and the look of tables."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from planner.messages import unparted
 
@@ -79,20 +79,23 @@ class FittingTable:
     def __rich_console__(
         self, _: "Console", options: "ConsoleOptions"
     ) -> "Iterator[RenderableType]":
-        shown, widths = list(range(len(self.columns))), self._widths()
+        shown, (widths, wanted) = list(range(len(self.columns))), self._widths()
         while EDGE + sum(widths[k] + BETWEEN for k in shown) > options.max_width:
             least = max(shown, key=lambda k: self.columns[k].rank)
             if self.columns[least].rank == 0:
                 break
             shown.remove(least)
-        yield self._table(shown)
+        room = options.max_width - EDGE - sum(widths[k] + BETWEEN for k in shown)
+        more = _shared_out(max(0, room), [wanted[k] - widths[k] for k in shown])
+        yield self._table(shown, [widths[k] + extra for k, extra in zip(shown, more, strict=True)])
         gone = [c.header.replace("\n", " ") for k, c in enumerate(self.columns) if k not in shown]
         if gone:
             yield f"a wider window also shows: {', '.join(gone)}"
         if self.caption:
             yield unparted(self.caption)
 
-    def _widths(self) -> list[int]:
+    def _widths(self) -> tuple[list[int], list[int]]:
+        """Return how wide each column has to be at least, and to have every cell in one line."""
         from rich.cells import cell_len
 
         cells = [
@@ -106,15 +109,24 @@ class FittingTable:
             [word for cell in some for word in (cell.split() if column.wraps else [cell])] or [""]
             for column, some in zip(self.columns, cells, strict=True)
         ]
-        return [max(map(cell_len, some)) for some in parts]
+        least, whole = ([max(map(cell_len, some)) for some in those] for those in (parts, cells))
+        return least, whole
 
-    def _table(self, shown: Sequence[int]) -> "Table":
-        table, widths = titled_table(self.title), self._widths()
-        for k in shown:
-            header, _, left, wraps = self.columns[k]
-            # Only what wraps may get narrower: Rich would take from the widest columns alike.
-            justify: Literal["left", "right"] = "left" if left else "right"
-            table.add_column(header, justify=justify, min_width=widths[k], no_wrap=not wraps)
+    def _table(self, shown: Sequence[int], widths: Sequence[int]) -> "Table":
+        table = titled_table(self.title)
+        for k, width in zip(shown, widths, strict=True):
+            header, _, left, _ = self.columns[k]
+            table.add_column(header, justify="left" if left else "right", width=width)
         for number, row in enumerate(self.rows, 1):
             table.add_row(*(row[k] for k in shown), end_section=number in self._section_ends)
         return table
+
+
+def _shared_out(room: int, wanted: Sequence[int]) -> list[int]:
+    """Return what each gets of a room: all that it wants, or as much as all others that do not."""
+    given = [0] * len(wanted)
+    by_want = sorted(range(len(wanted)), key=wanted.__getitem__)
+    for number, k in enumerate(by_want):
+        given[k] = min(wanted[k], room // (len(wanted) - number))
+        room -= given[k]
+    return given

@@ -24,6 +24,7 @@ SHOULD = {
     "greater_than_equal": "should be at least {ge:g}",
     "less_than_equal": "should be at most {le:g}",
     "literal_error": "should be {expected}",
+    "union_tag_invalid": "should be a table of a known kind",
     "too_long": "has too many values",
 }
 

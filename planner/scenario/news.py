@@ -139,5 +139,7 @@ class NewsSection(Section):
     """What is known of the target beyond what was known at first."""
 
     heard: Annotated[tuple[News, ...], Field(strict=False, max_length=MOST_HEARD)] | None = Field(
-        default=None, description="the pieces of news, or leave it out for none"
+        default=None,
+        description="the pieces of news, each with its kind (report, nothing, searched or found), "
+        "or leave it out for none",
     )

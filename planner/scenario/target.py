@@ -56,9 +56,9 @@ class TargetSection(Section):
         description='"known" if time 0 is second 0 of the traffic signals, or leave it out',
     )
     at_sink: Literal["stays", "gone"] = "stays"
-    probability_present: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = Field(
+    probability_present: Annotated[float, Field(ge=1e-6, le=1, allow_inf_nan=False)] = Field(
         default=1.0,
-        description="the probability that the target is there at all, above 0 and at most 1",
+        description="the probability that the target is there at all, from 0.000001 to 1",
     )
     hidden: Hidden | None = Field(
         default=None,

@@ -1,5 +1,6 @@
 """Checks of what a target's keys say together, and of the files that they name."""
 
+import unicodedata
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -31,14 +32,24 @@ def shared_faults(targets: Sequence[tuple[str, TargetSection]]) -> Iterator[Faul
         first_key, first = targets[0]
         if target.driving == "traffic":
             text = "is traffic, in which there is one target so far; leave the others out"
+            text += ', or write driving = "free" for all'
             yield Fault(f"{key}.driving", text)
         for name in OF_ALL_TARGETS:
             if getattr(target, name) != getattr(first, name):
                 text = f"is the same for all targets, but {first_key}.{name} differs"
                 yield Fault(f"{key}.{name}", f"{text}; write the same in both")
-        if names[number] in names[:number]:
+        if _alike(names[number]) in map(_alike, names[:number]):
             text = f"{as_written(names[number])} is another target's name; give each its own"
             yield Fault(f"{key}.name", text)
+    for key, target in targets:
+        if target.name is not None and target.name.strip().isdecimal():
+            text = f"{as_written(target.name)} could be the number of another target; give a word"
+            yield Fault(f"{key}.name", text)
+
+
+def _alike(name: str) -> str:
+    """Return what names have in common that a reader takes for one."""
+    return unicodedata.normalize("NFKC", name).casefold()
 
 
 def count_faults(targets: int, search: SearchSection) -> Iterator[Fault]:

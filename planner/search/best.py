@@ -7,8 +7,10 @@ Orders are made on the problem's particles and chosen between on its holdout, ot
 had no part in making them. What the plan is worth is for a third, fresh set to say.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from planner.search.beam import (
 from planner.search.cell_beam import free_plans
 from planner.search.dashes import portfolio
 from planner.search.exact import best_order
+from planner.search.kernels.beam import FORGOTTEN
 from planner.search.latency import is_latency, with_less_waiting
 from planner.search.lns import polished
 from planner.search.patrol import most_with_patrol, with_patrol
@@ -45,21 +48,39 @@ WIDE, WIDE_FROM = 2560, 800_000
 TOUR = 0.75  # share of all work that goes into a latency tour, where targets rest
 ROUNDING = 1e-12  # of the most that can be earned: a plan better by no more is none
 POLISH = 0.25  # share of a round's work that goes into polishing
-# A sensor that may miss: share of the work that goes into plans for it, after that for a plan as if
-# it were perfect, which takes a tenth of the time per unit; widths of the first beam and of its
-# successors; and in dense nets, where near-twins fill a beam (the same roads in another order), how
-# many orders of some beams go on from the same node.
-FOR_MISSES, FIRST_WIDTH, GROWTH, DIVERSE = 0.2, 3, 8, 2
+# In dense nets, where near-twins fill a beam (the same roads in another order), how many orders of
+# some beams for a sensor that may miss go on from the same node.
+DIVERSE = 2
 # Where the movement is free: shares of all work that go into orders of roads, before it, and on
 # abstract nets, where roads are long, into the annealing of what is best, after it.
 ROADS, POLISH_FREE = 0.1, 0.8
 
 
+class Division(NamedTuple):
+    """How the work is divided where a sensor may miss.
+
+    A plan as if it were perfect takes a tenth of the time per unit of work.
+    """
+
+    blind: float  # share of the work for that plan
+    own: float  # for plans for the sensor there is
+    by_exposure: bool  # whether ``own`` is per exposure of a pass: a unit takes longer if it misses
+    first_width: int  # of the first beam, which only teaches the next what comes later
+    growth: tuple[float, float]  # of the next one's width: no less, and no more, is worth the work
+
+
+# Tuned on grid5x5 alone, from 60, 120 and 300 km: in at most three times the time of the perfect
+# plan. Wider beams are worth more there than a plan as if perfect by all the work there is.
+ALONG_ROADS = Division(0.25, 0.24, by_exposure=True, first_width=4, growth=(2.0, 20.0))
+ELSEWHERE = Division(1.0, 0.2, by_exposure=False, first_width=3, growth=(8.0, 8.0))
+WITHIN = 0.95  # of the work that is left a beam is to take: cut short, it is worth nothing
+
+
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
     """Return the best plan found within the budget's work, about; or until it says stop.
 
-    With a sensor that may miss, the best plan as if it were perfect competes with those made for
-    it, so that these have to be better.
+    With a sensor that may miss, a plan as if it were perfect competes with those made for it, so
+    that these have to be better.
 
     Raises
     ------
@@ -68,13 +89,24 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     """
     if problem.sensor.is_perfect:
         return _best(problem, budget, rng)
-    blind = _best(problem.replace(sensor=problem.sensor.without_misses), budget, rng)
+    division = _division(problem, budget)
+    share = division.own
+    if division.by_exposure:
+        detects = problem.sensor.detects(problem.uav.speed_mps)
+        share *= -math.log(max(1.0 - detects, FORGOTTEN))
+    work = max(1, int(division.blind * budget.work))
+    part = replace(budget.part(work), free=budget.free)
+    blind = _best(problem.replace(sensor=problem.sensor.without_misses), part, rng)
     done = blind.work or 0
-    part = replace(budget.part(int(FOR_MISSES * budget.work), after=done), free=budget.free)
+    part = replace(budget.part(int(share * budget.work), after=done), free=budget.free)
     own = _best(problem, part, rng, blind.plan)
     chosen = max((own, blind), key=lambda found: holdout_value(problem, found.plan))
     trace = tuple(TracePoint(done + point.work, point.value) for point in own.trace)
     return SearchResult(chosen.plan, done + (own.work or 0), blind.stopped or own.stopped, trace)
+
+
+def _division(problem: Problem, budget: Budget) -> Division:
+    return ALONG_ROADS if is_small(problem) and not budget.free else ELSEWHERE
 
 
 def _best(
@@ -192,10 +224,11 @@ def _orders_for_misses(
 ) -> Iterator[tuple[Sequence[int], int]]:
     """Yield orders for a sensor that may miss, by beams that get wider as long as the work lasts.
 
-    Nobody drops out of these beams for having been seen, so they end with the horizon alone. The
-    first, narrow one only teaches the next what comes later.
+    Nobody drops out of these beams for having been seen once, so they end with the horizon alone.
     """
-    problem, left, width, before = engine.problem, budget.work, FIRST_WIDTH, 0
+    problem, left, before = engine.problem, budget.work, 0
+    _, _, _, first_width, (least, most) = _division(problem, budget)
+    width = first_width
     order: Sequence[int] = known or rate_order(engine)
     yield order, 0
     while not log.stop():
@@ -204,13 +237,14 @@ def _orders_for_misses(
             reward_to_go = RewardToGo.of(problem, order)
             order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left - spent)
             spent += work
-            if width > FIRST_WIDTH:
+            if width > first_width:
                 yield order, work
         left -= spent
-        width *= GROWTH
+        growth = min(most, WITHIN * left / max(1, spent))
         # A wider beam that flies no more than the one before has little left to try.
-        if GROWTH * spent > left or spent <= before:
+        if growth < least or spent <= before:
             break
+        width = int(growth * width)
         before = spent
     if before == 0:
         yield order, budget.work - left

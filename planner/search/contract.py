@@ -1,7 +1,6 @@
 """What every planner owes, whoever wrote it: clauses that are held against it on small problems."""
 
 import dataclasses
-import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +12,8 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError, NotApplicableError
 from planner.flight.plan import Plan
 from planner.search.contract_problems import PROBLEMS, MakeProblem
+from planner.search.fingerprint import fingerprint
+from planner.search.own import COPY, ProblemChangedError
 from planner.search.problem import Budget, Problem
 from planner.search.random_order import random
 from planner.search.result import SearchResult
@@ -96,6 +97,9 @@ def breaches(
             except NotApplicableError as error:
                 yield Breach(name, None, str(error))
                 break
+            except ProblemChangedError as error:
+                yield Breach(name, UNCHANGED, str(error))
+                break
             except InputError as error:
                 yield Breach(name, clause, str(error), has_raised=error.__cause__ is not None)
                 break
@@ -103,24 +107,6 @@ def breaches(
                 yield Breach(name, clause, said)
                 if clause.ends:
                     break
-
-
-def fingerprint(thing: object) -> str:
-    """Return the SHA-256 of all that a plan or a problem holds."""
-    return hashlib.sha256(b"\x00".join(_bytes(thing))).hexdigest()
-
-
-def _bytes(thing: object) -> Iterator[bytes]:
-    if isinstance(thing, np.ndarray):
-        yield repr((thing.dtype, thing.shape)).encode() + thing.tobytes()
-    elif dataclasses.is_dataclass(thing):
-        for one in dataclasses.fields(thing):
-            yield from _bytes(getattr(thing, one.name))
-    elif isinstance(thing, tuple):
-        for part in thing:
-            yield from _bytes(part)
-    else:
-        yield repr(thing).encode()
 
 
 def cost_s(problem: Problem, plan: Plan) -> float:
@@ -211,6 +197,7 @@ def _no_better(case: Case) -> str | None:
     return f"costs {costs_s:,.0f} s, {roads} random roads {chance_s:,.0f} s in the mean"
 
 
+UNCHANGED = Clause("the problem is left as it is", _changes, COPY)
 CLAUSES = (
     Clause("a flight that the UAV can fly", _unsound, BY_PLAN, ends=True),
     Clause(
@@ -218,11 +205,7 @@ CLAUSES = (
         _by_chance,
         "draw chance from rng alone, read no clock, and keep nothing from call to call",
     ),
-    Clause(
-        "the problem is left as it is",
-        _changes,
-        "copy arrays before you change them; a variant is problem.replace(...)",
-    ),
+    UNCHANGED,
     Clause("legs are flown as they are named", _misnamed, BY_PLAN),
     Clause(
         "a search that has begun is gone on with",

@@ -10,16 +10,8 @@ from planner.arrays import Floats, Frozen, freeze
 from planner.errors import NotApplicableError
 from planner.flight.legs import Legs
 from planner.futures.futures import Pieces
-from planner.search.kernels.exact import (
-    TIE_S,
-    Case,
-    PrefixStates,
-    Tree,
-    branch,
-    fly_orders,
-    search,
-    value,
-)
+from planner.search.kernels.exact import TIE_S, Tree, branch, fly_orders, search
+from planner.search.kernels.prefixes import Case, PrefixStates, value
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
 from planner.search.result import SearchResult

@@ -10,12 +10,12 @@ from planner.detection.kernels.closest_approach import Window
 from planner.futures.futures import Futures
 from planner.search.kernels.cells import SpaceTimeGrid, grid_of
 from planner.search.kernels.motion import fastest
+from planner.search.kernels.waypoint_pieces import FlightLimits
 from planner.search.kernels.waypoints import (
     LEFT,
     Bar,
     Change,
     FirstSightings,
-    FlightLimits,
     Surroundings,
     Unseen,
     WaypointFlight,

@@ -182,6 +182,28 @@ def test_a_table_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
         table_of(Movements(problem), 5.0)
 
 
+@pytest.mark.parametrize("seed", some_in_the_gate(40, 10))
+def test_a_table_above_a_floor_proves_what_a_whole_one_does(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of sensors that may miss as well; and the first floor that makes it small is taken."""
+    problem, rng = random_problem(seed), np.random.default_rng(seed)
+    if seed % 2:
+        problem = problem.replace(sensor=replace(problem.sensor, rate_per_s=0.02))
+    movements, most = Movements(problem), problem.objective.most
+    whole = table_of(movements, movements.fitting_bin_s)
+    low = rng.uniform(0.3 * most, 0.9 * most, len(problem.futures))
+    floors = [0.0 * low, low, low + 0.1 * most]
+    monkeypatch.setattr("planner.bounds.sighting_table.MOST_SIGHTINGS", whole.size - 1)
+    table = table_of(movements, movements.fitting_bin_s, floors)
+    assert table.size < whole.size
+    assert np.array_equal(table.floor, low)
+    for prices in (low, low + rng.uniform(0.0, 0.3 * most, len(low))):
+        bound, counts = table.bound(prices)
+        assert bound == whole.bound(prices).reward
+        assert np.array_equal(counts, whole.bound(prices).counts)
+
+
 def test_two_nodes_at_one_place_have_no_bound() -> None:
     """No flight leads from one to the other, so what starts at the other would be left out."""
     net = grid_problem(grid_futures(3, np.random.default_rng(1))).network

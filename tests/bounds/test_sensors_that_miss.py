@@ -9,7 +9,7 @@ import pytest
 
 from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Search
-from planner.bounds.certificate import Effort, certified
+from planner.bounds.certificate import Effort, certified, proven_bound
 from planner.bounds.fleet_prices import FleetTable, fitting_bin_s
 from planner.bounds.flights import Flights
 from planner.bounds.kernels.hops import Bins, blank, listed, sweep
@@ -25,6 +25,7 @@ from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Problem
+from planner.search.stop import WorkDone
 from support.cases import some_in_the_gate
 from support.instances import figure3, physics_futures
 from support.search_instances import orders, random_problem
@@ -214,13 +215,35 @@ def test_no_random_fleet_is_worth_more(seed: int) -> None:
             assert fleet.bound(prices).reward >= weight @ earned - 1e-9 * most
 
 
+@pytest.mark.parametrize("detects", [0.7, 0.95, 1.0])
+def test_where_a_whole_table_is_too_large_the_best_of_all_orders_is_within_the_bound(
+    detects: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose table leaves out what earns too little, and whose prices prove it all the same."""
+    problem = on_figure3(detects)
+    movements = Movements(problem)
+    whole = table_of(movements, movements.fitting_bin_s)
+    plans = [plan_of_legs(problem, "", order) for order in orders(problem, [])]
+    least_s, best = min(
+        (evaluate(one.tracks, problem.futures, problem.sensor, problem.objective).figure, k)
+        for k, one in enumerate(plans)
+    )
+    monkeypatch.setattr("planner.bounds.sighting_table.MOST_SIGHTINGS", 3 * whole.size // 4)
+    certificate = certified(problem, plans[best], Effort(stop=WorkDone(60)))
+    assert certificate.rate_per_s == problem.sensor.rate_per_s
+    assert 0.8 * least_s <= certificate.bound <= least_s + 1e-6
+    assert proven_bound(problem, certificate) == pytest.approx(certificate.bound)
+
+
 def test_where_its_own_table_is_too_large_the_bound_is_that_of_a_perfect_sensor(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def of_a_perfect_one(movements: Movements, bin_s: float) -> Table:
+    def of_a_perfect_one(
+        movements: Movements, bin_s: float, floors: Sequence[Floats] | None = None
+    ) -> Table:
         if not movements.problem.sensor.is_perfect:
             raise NotApplicableError("too many sightings")
-        return table_of(movements, bin_s)
+        return table_of(movements, bin_s, floors)
 
     monkeypatch.setattr("planner.bounds.certificate.table_of", of_a_perfect_one)
     problem = on_figure3(0.7)

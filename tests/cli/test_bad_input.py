@@ -565,6 +565,20 @@ def test_stopped_while_planning(tmp_path: Path) -> None:
     assert not output.exists()
 
 
+def test_a_call_that_is_stopped_before_its_first_plan_says_what_there_is(tmp_path: Path) -> None:
+    output = tmp_path / "run"
+    words = ("--last-seen", "n", "--at", "-1min", "--drone-at", "nw", "--target", "joyride")
+    running = Running(tmp_path, "now", TOWN, *words, "-j", 1, "-o", output)
+    running.wait_until(running.driving)
+    said, _ = running.interrupted()
+    assert said.code == 130
+    holds, stopped = said.err.splitlines()[-2:]
+    assert holds == (
+        f"planner: {output} holds the call, without a plan yet; `planner plan {output}` makes one"
+    )
+    assert stopped == "planner: stopped; nothing is half-written"
+
+
 @pytest.mark.parametrize("early_s", [0.3, 0.6])
 def test_stopped_early(tmp_path: Path, early_s: float) -> None:
     running = Running(tmp_path, "plan", TOWN, *QUICK, *MANY, "-o", tmp_path / "run")

@@ -117,6 +117,10 @@ def test_a_start_in_a_yard_is_told(run: Commands, tmp_path: Path) -> None:
     told = "\n".join(run("check", tmp_path, "--json").json["remarks"])
     assert "target.start.yz: is a yard: no car gets farther from there than" in told
     assert "no car gets away from: ay, yz, zy" in told
+    around = "target.start={ x_m = 450, y_m = 430, radius_m = 60 }"
+    found = run("check", tmp_path, "--json", "--set", around).json["remarks"]
+    (yards,) = [remark for remark in found if "yard" in remark]  # all in one line
+    assert yards.startswith("target.start: 2 edges that are part of it are yards: yz, zy; no car")
 
 
 def test_what_is_made_of_traffic_is_told(run: Commands, tmp_path: Path) -> None:

@@ -3,7 +3,10 @@
 import csv
 import io
 import json
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import geojson
 import gpxpy
@@ -13,6 +16,7 @@ from fastkml.validator import validate
 from lxml import etree
 from pymavlink import mavwp
 
+from planner.cli import export as command
 from planner.cli import main
 from planner.export.formats import ABOUT, FILES
 from planner.network.sumo import sumo_home
@@ -217,3 +221,16 @@ def test_each_refusal_is_a_line(run: Commands, tmp_path: Path, town_run: Path) -
 def _fast(folder: Path) -> Path:
     (folder / "fast.toml").write_text("[uav]\nspeed_mps = 25\n")
     return folder / "fast.toml"
+
+
+def test_a_take_off_that_has_passed_today_is_said() -> None:
+    sighted_at = datetime(2026, 5, 1, 14, 0, tzinfo=UTC)
+    track = SimpleNamespace(time_s=np.array([60.0]))
+    flights: Any = [SimpleNamespace(flight=SimpleNamespace(sighted_at=sighted_at), track=track)]
+    assert command._late_line(flights, sighted_at + timedelta(seconds=59)) == ""
+    assert "planned for 9 min ago" in command._late_line(
+        flights, sighted_at + timedelta(minutes=10)
+    )
+    assert command._late_line(flights, sighted_at + timedelta(days=3)) == ""
+    flights[0].flight.sighted_at = None
+    assert command._late_line(flights, sighted_at + timedelta(minutes=10)) == ""

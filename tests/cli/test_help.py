@@ -20,6 +20,19 @@ def test_examples_are_understood(command: str) -> None:
     assert max(map(len, _examples_text(examples).splitlines())) <= 80
 
 
+@pytest.mark.parametrize("command", ["", *(name for name, _ in COMMANDS)])
+def test_help_fits_a_window_of_80_columns(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    words = [*filter(None, [command]), "--help"]
+    with pytest.raises(SystemExit):
+        parser_for(words).parse_args(words)
+    text = capsys.readouterr().out
+    assert f"usage: planner {command}".strip() in text
+    assert [line for line in text.splitlines() if len(line) > 80] == []
+
+
 @pytest.mark.parametrize(("name", "summary"), COMMANDS)
 def test_the_list_of_commands_has_their_summaries(name: str, summary: str) -> None:
     assert summary == command_named(name).SUMMARY

@@ -4,7 +4,9 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from planner.mission import now, now_events
 from planner.mission.now_events import Rung
 from planner.mission.run_folder import PAGE, RUN
 from planner.page.document import AGAIN
+from planner.report import call_screen
 from planner.scenario.source import FILE
 from support.command_line import TOWN, Commands
 
@@ -66,7 +69,24 @@ def test_wrong_words_are_told_a_line_each_and_leave_nothing(
     assert said.code == 2
     assert f"{TOWN}: --target (target.stops): " in said.err  # of a file, which has keys
     mine.unlink()
+    said = run(name, *WORDS, "--drone-at", "99999999,0")
+    assert said.code == 2
+    assert '--drone-at "99999999,0": lies 99' in said.err  # which of the two
     assert list(tmp_path.rglob("*")) == []
+
+
+def test_a_plan_for_a_take_off_that_has_passed_says_so() -> None:
+    called_at = datetime(2026, 5, 1, 14, 0, tzinfo=UTC)
+    call = SimpleNamespace(called_at=called_at, tables={"target": {"last_seen_ago_s": 60.0}})
+    plan: Any = SimpleNamespace(take_off_s=30.0, call=call)
+    plan.opened = SimpleNamespace(scenario=SimpleNamespace(take_off_s=90.0))
+    on_time = call_screen.done_line(now_events.Done(29.0, plan, stopped=False))
+    assert on_time == "the best plan takes off 14:00:30"
+    late = call_screen.done_line(now_events.Done(54.0, plan, stopped=True))
+    assert late == (
+        "stopped: the best plan so far takes off 14:00:30, 24 s ago: fly now, or call again for a "
+        "later one"
+    )
 
 
 def test_a_better_plan_tells_that_an_earlier_one_was_exported(

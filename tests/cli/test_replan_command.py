@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from planner.cli import live
 from support.command_line import Commands
 
 SMALL = ("search.particles=256", "search.work=4000", "search.sampling=sobol")
@@ -70,6 +71,7 @@ def test_the_same_words_give_the_same_plan(command: Commands, run: Path, tmp_pat
         (("--radius-m", 5), "go with --searched"),
         (("--gap", 5), "--gap: goes with --lost-at"),
         (("--same-source", "--report", "seen at r0c0 at 10, 70 %"), "no earlier report"),
+        (("--at", "-5"), '--at: "-5" is before the target was last seen; give seconds since then'),
         (("--at", 99999), "the flight is over at"),
         (
             ("--delay", 651),
@@ -149,3 +151,16 @@ def test_a_lost_target_is_searched_from_where_it_was_lost(
     assert 0.0 < said["in_contact"] < 1.0
     plan = json.loads((tmp_path / "rest" / "plan.json").read_text())
     assert plan["uavs"][0]["waypoints"][0][:3] == [100.0, 15000.0, -15000.0]
+
+
+def test_of_a_file_that_is_written_anew_what_is_new_is_read(tmp_path: Path) -> None:
+    news, over = tmp_path / "news.jsonl", []
+    news.write_text("one\none\n")
+    lines = live._lines(news, lambda: bool(over))
+    assert [next(lines), next(lines)] == [(1, "one"), (2, "one")]
+    news.write_text("two\none\n\nhalf")
+    assert next(lines) == (1, "two")
+    news.write_text("one\none\none\n")
+    assert next(lines) == (3, "one")
+    over.append(True)
+    assert [*lines] == []

@@ -82,7 +82,6 @@ def test_one_mission_says_who_is_found_when(run: Path, capsys: pytest.CaptureFix
     [
         ["certify", "RUN"],
         ["ask", "RUN"],
-        ["fly", "RUN", "--live", "news.jsonl"],
         ["fly", "RUN", "--alarms", "1/600"],
         ["fly", "RUN", "--route", "r0c0-r0c1", "--target-speed", "20", "--force"],
         ["replan", "RUN", "--at", "1500", "--lost-at", "r2c2"],
@@ -111,7 +110,7 @@ def test_a_find_is_news_and_the_rest_is_planned_for_the_others(
     assert {"kind": "found", "target": 1} in heard
     again = ["replan", str(tmp_path / "a"), "--at", "1600", "--method", "rate", "--found", "1"]
     assert main([*again, "-o", str(tmp_path / "b")]) == 2
-    assert "every target is found" in capsys.readouterr().err
+    assert "every target that it is found" in capsys.readouterr().err
     assert main(["replan", str(run), *rest, "--found", "green", "-o", str(tmp_path / "c")]) == 2
     assert (
         '--found: target: "green" is none of the targets; known: target 1, blue'
@@ -173,3 +172,37 @@ def test_the_page_tells_targets_apart(run: Path) -> None:
     assert "There are 2 targets: odds and times above are of one of them, on average." in page
     for words in ("blue may be here", "All of them: found ", 'class="targets t1"', '"kind":"'):
         assert words in page
+
+
+def test_live_goes_on_until_all_targets_are_found(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    news, out = tmp_path / "news.jsonl", tmp_path / "live.jsonl"
+    found = ['{"kind": "found", "target": "blue", "now": 1500}', '{"kind": "found", "target": 1}']
+    news.write_text("\n".join(found) + "\n")
+    assert main(["fly", str(run), "--live", str(news), "--auto", "-o", str(out), "-j", "1"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert [line for line in said if line.startswith("found: ")] == [
+        "found: blue",
+        "found: target 1",
+    ]
+
+
+def test_the_checker_finds_when_any_and_all_are_found(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    particles = tmp_path / "particles"
+    assert main(["futures", str(run / "run.json"), "-o", str(particles)]) == 0
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    check = import_module("verify").main
+    capsys.readouterr()
+    assert check([str(run), "--futures", str(particles)]) == 0
+    assert "last: found_probability" in capsys.readouterr().out
+    content = json.loads((run / "plan.json").read_text())
+    for name, key in (("first", "expected_detection_time_s"), ("last", "found_probability")):
+        forged = json.loads(json.dumps(content))
+        forged["planned"][name][key] *= 0.999
+        (tmp_path / "plan.json").write_text(json.dumps(forged))
+        assert check([str(tmp_path), "--futures", str(particles)]) == 1
+        (wrong,) = [line for line in capsys.readouterr().out.splitlines() if "WRONG" in line]
+        assert wrong.startswith(f"{name}: {key}")

@@ -15,10 +15,10 @@ from planner.belief.prior import Prior, turn_probability
 from planner.belief.recipe import Drawn
 from planner.belief.ways import quiet_streets
 from planner.futures import store, workers
+from planner.futures.answers import KNOT_EVERY_S
 from planner.futures.cutting import siblings_of
 from planner.futures.futures import Futures
 from planner.futures.record import (
-    KNOT_EVERY_S,
     SESSION,
     How,
     Wanted,

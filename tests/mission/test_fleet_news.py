@@ -302,3 +302,9 @@ def test_a_line_that_means_nothing_is_told(
 def test_a_scenario_in_which_nobody_flies_is_refused() -> None:
     with pytest.raises(ScenarioError, match=r"uav.sorties: is 0, and no UAV flies"):
         open_scenario("figure3", overrides=(THREE, "uav.sorties=0"))
+
+
+def test_a_place_of_who_is_on_the_ground_is_refused() -> None:
+    early = Standing(-1.0, uavs={1: OfUav(xy_m=(0.0, 0.0))})
+    with pytest.raises(InputError, match=r"uav: UAV 2 is on the ground at .*; leave out what is"):
+        flying("uav=[{start={x_m=0,y_m=0}},{start={x_m=9,y_m=0}}]").heard(early)

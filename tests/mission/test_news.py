@@ -142,7 +142,7 @@ def test_nothing_that_is_left_is_refused() -> None:
 
 
 def test_nothing_is_searched_when_every_target_is_found() -> None:
-    with pytest.raises(InputError, match="every target is found"):
+    with pytest.raises(InputError, match="every target that it is found"):
         weights(ROW, FoundNews(kind="found"))
 
 

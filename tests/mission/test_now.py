@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from planner.mission import now
@@ -24,6 +25,7 @@ from planner.mission.now_events import (
     Rung,
 )
 from planner.mission.opening import open_scenario
+from planner.mission.recorder import Recorder
 from planner.report import call_screen
 from support.command_line import TOWN
 
@@ -92,6 +94,11 @@ def test_the_scenario_of_a_plan_holds_what_it_came_to(
     again, planned_for = open_scenario(left).scenario, first.opened.scenario
     assert replace(again, path=planned_for.path) == planned_for
     assert (again.search.particles, again.search.work, again.search.targets) == RUNGS[0]
+    recorder = Recorder(open_scenario(left), 1, lambda *_: pytest.fail("recorded again"))
+    assert recorder.planning().path == first.planning.path
+    assert recorder.evaluation().path == first.fresh.path
+    assert first.holdout is not None
+    np.testing.assert_array_equal(recorder.holdout().futures.x_m, first.holdout.x_m)
 
 
 def test_a_search_that_takes_too_long_is_made_again_for_a_later_take_off(

@@ -75,5 +75,5 @@ def test_who_is_found_has_been_seen_after_all(flight: Flight) -> None:
     with pytest.raises(InputError, match="nothing that is believed of the target agrees"):
         given(alone, [nobody], network, speed_mps=100.0)
     found = FoundNews(kind="found", target=0)
-    with pytest.raises(InputError, match="every target is found"):
+    with pytest.raises(InputError, match="every target that it is found"):
         given(alone, [nobody, found], network, speed_mps=100.0)

@@ -81,6 +81,18 @@ def test_truths_where_particles_have_been_are_refused() -> None:
         validated(cloud, replace(seen, fates=None), 0 * run, HORIZON_S, seed=1)
 
 
+def test_those_that_have_left_are_ties_too() -> None:
+    """Where most have left, 5 % are above the cloud's middle as ever, and not none."""
+    some = drivers(np.linspace(5.0, 15.0, 2000))
+    leaves = np.arange(2000) % 5 > 0
+    time_s = np.where(np.arange(4000) % 2, 0.05 * HORIZON_S, 0.0)
+    time_s[1::2][~leaves] = HORIZON_S
+    left = replace(some, time_s=time_s, gone=leaves)
+    found = validated(left, left, np.arange(2000) % 20, HORIZON_S, seed=5)
+    for check in found.checks:
+        assert check.covered == pytest.approx(0.9, abs=0.02)
+
+
 def test_ties_are_broken_by_chance() -> None:
     """Of those that all stand, the middle 90 % hold 90 %, not all."""
     standing = drivers(np.zeros(2000))

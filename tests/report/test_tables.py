@@ -24,7 +24,7 @@ from planner.messages import percent
 from planner.network.georeference import coordinates
 from planner.report.finds import targets_table
 from planner.report.flight_tables import legs_table, waypoints_table
-from planner.report.formats import Column, FittingTable
+from planner.report.formats import Column, FittingTable, _shared_out
 from planner.report.run_files import compare_cells
 from planner.report.tables import (
     OTHERS,
@@ -361,6 +361,21 @@ def test_only_what_wraps_gets_narrower(
     assert wide in text
     assert (last in text) == ("wider window" not in text) == (width >= 44)
     assert max(map(len, text.splitlines())) <= width
+
+
+@pytest.mark.parametrize(
+    ("room", "wanted", "given"),
+    [
+        (10, [3, 4], [3, 4]),
+        (10, [20, 3, 20], [3, 3, 4]),
+        (7, [1, 0, 20], [1, 0, 6]),
+        (0, [5, 5], [0, 0]),
+        (5, [], []),
+    ],
+)
+def test_room_is_shared_out(room: int, wanted: list[int], given: list[int]) -> None:
+    """Who wants little gets it all, and what is over is for all others alike."""
+    assert _shared_out(room, wanted) == given
 
 
 @pytest.mark.parametrize("width", range(20, 40))

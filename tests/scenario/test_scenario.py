@@ -374,7 +374,10 @@ ONE_FAULT = [
     ("target.turning={a={}}", "target.turning.a: is empty; give"),
     ("target.turning={a={b='x'}}", 'target.turning.a.b: should be a number, not "x"; give'),
     ("target.turning={file='none.xml'}", "target.turning.file: there is no file "),
-    ("target.probability_present=0", "target.probability_present: should be greater than 0, not"),
+    (
+        "target.probability_present=0",
+        "target.probability_present: should be at least 1e-06, not 0;",
+    ),
     ("target.probability_present=1.1", "target.probability_present: should be at most 1, not 1.1;"),
     ("target.last_seen_ago_s=-1", "target.last_seen_ago_s: should be at least 0, not -1; give"),
     ("truth.speed_mps={constant=-1}", "truth.speed_mps: reaches down to -1 m/s; give"),

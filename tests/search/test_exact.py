@@ -294,7 +294,8 @@ def test_the_earliest_meeting_is_physics() -> None:
 @pytest.mark.parametrize("detects", [1.0, 0.6])
 def test_no_completion_beats_its_bound(detects: float) -> None:
     """For every first leg; some bounds of single particles are reached, so none is too low."""
-    from planner.search.kernels.exact import completion_bound, fly
+    from planner.search.kernels.exact import completion_bound
+    from planner.search.kernels.prefixes import fly
 
     reached = 0
     for seed in range(30):

@@ -33,6 +33,10 @@ FAULTS = {
 NONSENSE = {
     "return None": "mine.py:f: returned None, no SearchResult; return SearchResult(plan)",
     "return plan_of_legs(problem, 'x', [0])": "returned a Plan, no SearchResult",
+    "raise GeneratorExit": "mine.py:f: raised GeneratorExit (line 6",
+    "raise type('Odd', (Exception,), {'__str__': None})": "mine.py:f: raised Odd (line 6",
+    "r = SearchResult(plan_of_legs(problem, 'x', [0])); "
+    "object.__setattr__(problem.sensor, 'radius_m', 1e6); return r": "changed the problem; copy",
     "return SearchResult(7)": "returned a SearchResult of an int, no Plan",
     "return {}['x']": "mine.py:f: raised KeyError: 'x' (line 6 of mine.py)",
     "return SearchResult(plan_of_legs(problem, 'x', [999]))": "mine.py:f: raised InputError: order",

@@ -151,10 +151,10 @@ def recording() -> Iterator[Figure]:
     with TemporaryDirectory() as folder:
         opened = bologna(Path(folder))
         if opened is not None:
-            yield from _recorded("Bologna, 100 particles", opened, None)
+            yield from _recorded("Bologna, 100 particles, warm-ups and all", opened, 30.0)
 
 
-def _recorded(name: str, opened: OpenScenario, at_most: float | None) -> Iterator[Figure]:
+def _recorded(name: str, opened: OpenScenario, at_most: float) -> Iterator[Figure]:
     dismiss()
     before_s, begun_s = cpu_s(), time.perf_counter()
     with empty_cache():

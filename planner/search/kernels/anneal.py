@@ -18,17 +18,15 @@ from planner.detection.kernels.closest_approach import (
     motion_at,
 )
 from planner.jit import compiled
+from planner.search.kernels.waypoint_pieces import WAIT, X, Y
 from planner.search.kernels.waypoints import (
     LEFT,
     SEEN,
-    WAIT,
     Bar,
     Change,
     Surroundings,
     Unseen,
     WaypointFlight,
-    X,
-    Y,
     sweep,
 )
 from planner.search.kernels.windows import Departure

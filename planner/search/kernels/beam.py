@@ -24,7 +24,9 @@ END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not
 KNOWN, SLOTS, BEST, FLIGHTS = 0, 1, 2, 3  # states known, slots used, the best state, flights made
 
 LEVELS = 65_535  # of a probability in two bytes
-FORGOTTEN = 1e-3  # who is unseen with less than that is not looked for any more
+# Who is unseen with less than that is not looked for any more: a third of the time saved, and plans
+# as good as with a thousandth, on grid5x5 at detects .5 to .9.
+FORGOTTEN = 0.03
 SAME = 1e-9  # states at the same node that differ less in time and reward are one
 
 

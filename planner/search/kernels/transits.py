@@ -14,6 +14,7 @@ from planner.detection.kernels.closest_approach import Window
 from planner.jit import compiled
 from planner.search.kernels.contacts import PiecesAhead, contacts_on, emptied, no_contacts
 from planner.search.kernels.motion import Course, ParticleMotion, first_meeting
+from planner.search.kernels.rays import bearing, turn_from
 from planner.search.kernels.windows import (
     ENTER,
     LEAVE,
@@ -25,8 +26,6 @@ from planner.search.kernels.windows import (
     Departure,
     Sensing,
     all_windows,
-    bearing,
-    turn_from,
 )
 
 
