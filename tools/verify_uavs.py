@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import verify_plan
+from verify_aircraft import climb_s, strays_m, value, wind_mps
 from verify_files import Array, Fields, RefusedError
 from verify_times import Law, law_of, timed_again
 
@@ -29,6 +30,8 @@ class Uav:
     speed_mps: float
     landing_s: float | None
     sorties: int = 1  # at most; 0: it flies no more
+    climb_s: float = 0.0
+    strays_m: float = 0.0  # from its line, at most
 
     @property
     def lands_s(self) -> float:
@@ -99,7 +102,7 @@ def _leg(where: str, number: int, content: Any) -> NamedLeg:
 
 
 def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
-    """Return the UAVs that a certificate is about; the scenario says how often each may fly.
+    """Return the UAVs that a certificate is about; the scenario says how each may fly.
 
     Raises
     ------
@@ -107,8 +110,8 @@ def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tu
         If there are several flights and no list of UAVs, or a flight is of none that may fly.
     """
     found = _listed(certificate, flights)
-    said = [*map(_sorties, _sections(run.part("scenario"))), *(1 for _ in found)]
-    uavs = tuple(replace(uav, sorties=said[number]) for number, uav in enumerate(found))
+    sections = _sections(run.part("scenario"))
+    uavs = tuple(map(_as_said, found, sections)) + found[len(sections) :]
     if not all(uavs[flight.uav].sorties for flight in flights):
         raise RefusedError("plan.json: uavs: one flies that flies no more in the scenario")
     return uavs
@@ -120,12 +123,15 @@ def _sections(scenario: Fields) -> list[Fields]:
     if asked == []:
         raise RefusedError(f"{scenario.where}: uav should be of one UAV, or of several")
     asked = asked if isinstance(asked, list) else [asked]
-    return [Fields(f"{scenario.where}: uav", one) for one in asked]
+    found = [Fields(f"{scenario.where}: uav", one) for one in asked]
+    if any(value(one, "in_air") is not None for one in found):
+        raise RefusedError(f"{scenario.where}: uav: no bound is for one that is in the air")
+    return found
 
 
-def _sorties(section: Fields) -> int:
-    given = "sorties" in section and section.any("sorties") is not None
-    return section.whole("sorties") if given else 1
+def _as_said(uav: Uav, section: Fields) -> Uav:
+    sorties = 1 if value(section, "sorties") is None else section.whole("sorties")
+    return replace(uav, sorties=sorties, climb_s=climb_s(section), strays_m=strays_m(section))
 
 
 def _listed(certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
@@ -160,7 +166,7 @@ def flights_said_again(
     for flight in flights:
         section, uav, first = sections[flight.uav], uavs[flight.uav], flight.waypoints[0]
         said = [
-            *verify_plan.said_again(run, plan, flight.fields, section, first, len(uavs)),
+            *verify_plan.said_again(run, plan, flight.fields, section, first),
             *timed_again(flight.fields, flight.waypoints),
             ("take-off of the flight", [uav.take_off_s, *uav.place_m], first.tolist()),
         ]
@@ -174,9 +180,8 @@ def _named(number: int, many: int, said: Iterator[Said]) -> Iterator[Said]:
 
 def _of_uav(scenario: Fields, section: Fields, uav: Uav) -> Iterator[Said]:
     """Yield what the scenario asks for of a UAV beside what the bound is for."""
-    winds = "wind" in section and section.any("wind") is not None
-    wind_mps = section.part("wind").number("speed_mps", 0.0) if winds else 0.0
-    yield "speed_mps of the scenario", uav.speed_mps, section.number("speed_mps") + wind_mps
+    over_ground_mps = section.number("speed_mps") + math.hypot(*wind_mps(section))
+    yield "speed_mps of the scenario", uav.speed_mps, over_ground_mps
     longest_s = section.maybe("max_flight_time_s") if "max_flight_time_s" in section else None
     lands_s = None if longest_s is None else uav.take_off_s + longest_s
     yield "landing_s of the scenario", uav.landing_s, lands_s
