@@ -38,6 +38,7 @@ CHECKER = (
     "verify_flight.py",
     "verify_plan.py",
     "verify_aircraft.py",
+    "verify_asked.py",
     "verify_times.py",
     "verify_odds.py",
     "verify_sight.py",

@@ -81,13 +81,14 @@ def _flight(plan: Fields, number: int, content: Any, many: int) -> Flight:
         uav=fields.whole("uav") if many > 1 or "uav" in fields else 0,
         law=law_of(fields),
         waypoints=verify_plan.waypoints(plan, fields),
-        sensor_on=_sensor_on(fields),
+        sensor_on=sensor_on(fields),
         legs=[_leg(fields.where, i, leg) for i, leg in enumerate(fields.items("legs"))],
         fields=fields,
     )
 
 
-def _sensor_on(flight: Fields) -> list[Pair]:
+def sensor_on(flight: Fields) -> list[Pair]:
+    """Return from when to when a flight's sensor is on, one time after the other."""
     windows = flight.rows("sensor_on", 2)
     if (np.diff(windows.ravel()) < 0).any():
         raise RefusedError(f"{flight.where}: sensor_on should be rising and disjoint")
@@ -110,23 +111,22 @@ def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tu
         If there are several flights and no list of UAVs, or a flight is of none that may fly.
     """
     found = _listed(certificate, flights)
-    sections = _sections(run.part("scenario"))
+    sections = sections_of(run.part("scenario"))
+    if any(value(one, "in_air") is not None for one in sections):
+        raise RefusedError("run.json: scenario: uav: no bound is for one that is in the air")
     uavs = tuple(map(_as_said, found, sections)) + found[len(sections) :]
     if not all(uavs[flight.uav].sorties for flight in flights):
         raise RefusedError("plan.json: uavs: one flies that flies no more in the scenario")
     return uavs
 
 
-def _sections(scenario: Fields) -> list[Fields]:
+def sections_of(scenario: Fields) -> list[Fields]:
     """Return what a scenario says of each UAV."""
     asked = scenario.any("uav")
     if asked == []:
         raise RefusedError(f"{scenario.where}: uav should be of one UAV, or of several")
     asked = asked if isinstance(asked, list) else [asked]
-    found = [Fields(f"{scenario.where}: uav", one) for one in asked]
-    if any(value(one, "in_air") is not None for one in found):
-        raise RefusedError(f"{scenario.where}: uav: no bound is for one that is in the air")
-    return found
+    return [Fields(f"{scenario.where}: uav", one) for one in asked]
 
 
 def _as_said(uav: Uav, section: Fields) -> Uav:
@@ -157,7 +157,7 @@ def flights_said_again(
     run: Fields, plan: Fields, flights: tuple[Flight, ...], uavs: tuple[Uav, ...]
 ) -> Iterator[Said]:
     """Yield what is said more than once of UAVs and flights."""
-    sections = _sections(scenario := run.part("scenario"))
+    sections = sections_of(scenario := run.part("scenario"))
     yield "UAVs of the scenario", len(uavs), len(sections)
     if len(sections) != len(uavs):
         return
@@ -201,7 +201,7 @@ def misses_said_again(scenario: Fields, rate_per_s: float, radius_m: float) -> I
 
     It says so of the first UAV, and as if there were no wind.
     """
-    sensor, speed_mps = scenario.part("sensor"), _sections(scenario)[0].above_zero("speed_mps")
+    sensor, speed_mps = scenario.part("sensor"), sections_of(scenario)[0].above_zero("speed_mps")
     width_m = sensor.maybe("sweep_width_m") if "sweep_width_m" in sensor else None
     exposure = 2.0 * radius_m * rate_per_s / speed_mps  # of a pass straight over a target at rest
     if width_m is None:
