@@ -25,7 +25,7 @@ from planner.search.rate import rate_order
 from planner.search.stop import WorkDone
 from planner.search.what_if import WhatIf
 from support.certified_runs import reseal, write_certified
-from support.forger import TOOLS, Forger, verdicts
+from support.forger import TOOLS, Forger, climbs_for_ever, verdicts
 from support.grid_instance import grid_futures, grid_problem
 
 JSON = ("plan.json", "run.json", "net.json")
@@ -37,6 +37,8 @@ CHECKER = (
     "verify_uavs.py",
     "verify_flight.py",
     "verify_plan.py",
+    "verify_aircraft.py",
+    "verify_asked.py",
     "verify_times.py",
     "verify_odds.py",
     "verify_sight.py",
@@ -129,6 +131,13 @@ def twice_there(forger: Forger) -> None:
         return pyarrow.concat_tables([table, again])
 
     forger.table("motion.parquet", also)
+
+
+def nobody(forger: Forger) -> None:
+    """Neither particles nor prices for them."""
+    for name in ("motion.parquet", "weights.parquet"):
+        forger.table(name, lambda table: table.slice(0, 0))
+    forger.column("prices.parquet", "price", lambda rows: [[] for _ in rows])
 
 
 def other_names(forger: Forger) -> None:
@@ -248,6 +257,11 @@ FORGERIES: dict[str, Forgery] = {
     "an offset of one number": lambda f: f.put("plan.json", "network", "net_offset_m", [0.0]),
     "a projection of a number": lambda f: f.put("plan.json", "network", "projection", 33),
     "on the Earth": lambda f: f.put("plan.json", "network", "projection", "+proj=utm +zone=33"),
+    "an aircraft that climbs for ever": climbs_for_ever,
+    "the same, as the first schema has it": lambda f: (
+        climbs_for_ever(f),
+        f.put("plan.json", "schema", "planner.plan/1"),
+    )[0],
     "higher": uav("altitude_m", lambda altitude_m: altitude_m + 1.0),
     "below the ground": uav("altitude_m", -1.0),
     "as fast as it likes": uav("speed_mps", lambda speed: 2 * speed),
@@ -310,6 +324,17 @@ FORGERIES: dict[str, Forgery] = {
     "weights negative": lambda f: f.column(
         "weights.parquet", "weight", lambda w: [-w[0], 2 * w[0] + w[1], *w[2:]]
     ),
+    "weights not a number": lambda f: f.column(
+        "weights.parquet", "weight", lambda w: [float("nan"), *w[1:]]
+    ),
+    "weights infinite": lambda f: f.column(
+        "weights.parquet", "weight", lambda w: [float("inf"), *w[1:]]
+    ),
+    "nobody there": nobody,
+    "nobody moves": lambda f: f.table("motion.parquet", lambda table: table.slice(0, 0)),
+    "prices not a number": lambda f: f.column(
+        "prices.parquet", "price", lambda rows: [[float("nan")] * len(row) for row in rows]
+    ),
     "prices of none": lambda f: f.table("prices.parquet", lambda table: table.slice(0, 0)),
     "prices negative": lambda f: f.column(
         "prices.parquet", "price", lambda rows: [[-p - 1 for p in row] for row in rows]
@@ -330,6 +355,9 @@ FORGERIES: dict[str, Forgery] = {
     "another radius asked for": scenario("sensor", "radius_m", 1.0),
     "another speed asked for": scenario("uav", "speed_mps", 1e3),
     "another start asked for": scenario("uav", "start", "x_m", 1.0),
+    "another aircraft asked for": scenario("uav", "climb_mps", 0.001),
+    "one in the air asked for": scenario("uav", "in_air", {"place": {"x_m": 0.0, "y_m": 0.0}}),
+    "another height asked for": scenario("uav", "altitude_m", 1.0),
     "another horizon asked for": scenario("search", "horizon_s", 99.0),
     "another seed": lambda f: f.put("run.json", "seed", 2),
     "digest of motion": lambda f: f.put("run.json", "sha256", "motion", "0" * 64),

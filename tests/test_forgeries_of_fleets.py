@@ -19,7 +19,7 @@ from planner.search.problem import Problem
 from planner.search.rate import rate_order
 from planner.search.what_if import WhatIf
 from support.certified_runs import write_certified
-from support.forger import TOOLS, Forger, verdicts
+from support.forger import TOOLS, Forger, climbs_for_ever, verdicts
 from support.grid_instance import grid_futures, grid_problem
 
 
@@ -174,6 +174,8 @@ OF_FLEETS: dict[str, Forgery] = {
     "one of no speed": of_uav(0, "speed_mps", None),
     "one UAV flies twice": lambda f: f.put("plan.json", "uavs", 1, "uav", 0),
     "a flight of nobody": lambda f: f.put("plan.json", "uavs", 1, "uav", 7),
+    "aircraft that climb for ever": climbs_for_ever,
+    "a higher one": lambda f: f.put("plan.json", "uavs", 1, "altitude_m", 1e4),
     "prices of a prefix": one_more_prefix,
     "one UAV in the scenario": lambda f: f.put(
         "run.json", "scenario", "uav", lambda uavs: uavs[:1]
@@ -213,10 +215,12 @@ def test_pieces_that_creep_from_their_line_are_not_joined(monkeypatch: pytest.Mo
 
 
 def test_who_flies_after_all_makes_the_bound_wrong(
-    tmp_path: Path, verdict: Callable[[Path], int]
+    tmp_path: Path, verdict: Callable[[Path], int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     problem = problem_of(detects=0.7, others=2, sorties=0)
     write_certified(tmp_path, problem, plan_of(problem))
     assert verdict(tmp_path) == 0
+    import_module("verify").main([str(tmp_path)])
+    assert capsys.readouterr().out.splitlines()[0].count("left out of the bound") == 2
     scenario_of(2, "sorties", None)(Forger(tmp_path))
     assert verdict(tmp_path) == 1

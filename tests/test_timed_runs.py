@@ -239,6 +239,40 @@ FORGERIES: dict[str, tuple[Callable[[Any], None], str]] = {
         lambda flight: flight["aircraft"].update(climb_mps=0.5),
         "time for the climb",
     ),
+    "a slow climb": (
+        lambda flight: flight["aircraft"].update(climb_mps=0.5),
+        "climb_mps of the scenario",
+    ),
+    "a descent at once": (
+        lambda flight: flight["aircraft"].update(descend_mps=None),
+        "descend_mps of the scenario",
+    ),
+    "no hovering": (
+        lambda flight: flight["aircraft"].update(hover=False),
+        "hover of the scenario",
+    ),
+    "a least speed": (
+        lambda flight: flight["aircraft"].update(min_speed_mps=5.0),
+        "min_speed_mps of the scenario",
+    ),
+    "no wind": (
+        lambda flight: flight["aircraft"].update(wind_mps=[0.0, 0.0]),
+        "wind to the east of the scenario",
+    ),
+    "a wind of three numbers": (
+        lambda flight: flight["aircraft"].update(wind_mps=[3.0, -2.0, 0.0]),
+        "wind_mps should be",
+    ),
+    "a wind that is no number": (
+        lambda flight: flight["aircraft"].update(wind_mps=[float("nan"), -2.0]),
+        "NaN",
+    ),
+    "lower": (lambda flight: flight.update(altitude_m=1.0), "altitude of the scenario"),
+    "a landing": (
+        lambda flight: flight.update(landing={"x_m": 0.0, "y_m": 0.0}),
+        "landing of the scenario",
+    ),
+    "the ideal aircraft": (lambda flight: flight.pop("aircraft"), "has an aircraft if"),
     "a rate of 0": (
         lambda flight: flight["aircraft"].update(acceleration_mps2=0),
         "should be a number above zero",

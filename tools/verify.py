@@ -131,15 +131,14 @@ class Run:
         """Return the reward of seeing each particle as soon as a UAV can be there."""
         given = self.given
         ever = (0.0, max(given.horizon_s, given.found_by_s or 0))
-        law_of = {flight.uav: flight.law for flight in self.inputs.flights}
         met_s = np.full(len(self.weight), np.inf)
-        for number, uav in enumerate(given.uavs):
+        for uav in given.uavs:
             if not uav.sorties:
                 continue
-            begin_s, sees_m, law = np.array([uav.take_off_s]), given.radius_m, law_of.get(number)
-            if law is not None:  # it climbs first, and may be beside its line at corners
-                begin_s = begin_s + law.climb_s
-                sees_m += law.corner_m if np.isfinite(law.corner_m) else 0.0
+            begin_s, sees_m = (
+                np.array([uav.take_off_s + uav.climb_s]),
+                given.radius_m + uav.strays_m,
+            )
             waits = Route(np.zeros(1), np.array([complex(*uav.place_m)]))
             met_s = np.minimum(met_s, self.seen(waits, ever, begin_s, sees_m, uav.speed_mps)[0])
         return float(self.weight @ reward_of(given, met_s))
@@ -170,8 +169,8 @@ class Run:
         return np.array([fate(some, search) for some in spans]).reshape(-1, 3)
 
     def _weights(self) -> Claim:
-        weight, whose = self.weight, self.motion.particle
-        likely = min(weight.min(), whose.min()) >= 0 and weight.sum() <= 1 + 1e-9
+        weight = self.weight
+        likely = weight.min(initial=0.0) >= 0 and weight.sum() <= 1 + 1e-9
         return Claim("weights are probabilities", "at most 1", weight.sum(), 1 - likely)
 
     def _figures(self, looks: Sequence[Look]) -> Iterator[Claim]:
@@ -243,7 +242,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = {key: said for key, said in asdict(run.given).items() if key != "uavs"}
     uavs = [
         f"UAV {number}: take-off {uav.take_off_s} s at {uav.place_m}, speed_mps {uav.speed_mps}, "
-        f"landing_s {uav.landing_s}"
+        f"landing_s {uav.landing_s}, climb_s {uav.climb_s}, strays_m {uav.strays_m}"
+        + ("" if uav.sorties == 1 else f", sorties {uav.sorties}")
+        + ("" if uav.sorties else ": it flies no more and is left out of the bound")
         for number, uav in enumerate(run.given.uavs, 1)
     ]
     print("assumed:", ", ".join([*(f"{key} {value!r}" for key, value in given.items()), *uavs]))

@@ -13,20 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow.parquet
+from verify_asked import Flight, as_asked, flights_of
 from verify_files import Array, Fields, RefusedError, read_json
 from verify_inputs import Claim
 
 Spans = list[tuple[float, float]]
 KEYS = ("particle", "weight", "at_end", "target")
 SEVERAL = ("expected_detection_time_s", "found_probability")  # of the first and the last find
-
-
-class Flight(NamedTuple):
-    """A flight: straight from waypoint to waypoint, and when its sensor is on."""
-
-    time_s: Array
-    place: Array
-    on_s: Spans
 
 
 class Particle(NamedTuple):
@@ -50,8 +43,9 @@ class Search(NamedTuple):
 
 def claims(folder: Path, particles: Path) -> Iterator[Claim]:
     """Yield each figure of a plan on the particles that it was made on beside what is found."""
-    plan = read_json(folder, "plan.json")
-    planned, flights = plan.part("planned"), [_flight(k, one) for k, one in _uavs(plan)]
+    run, plan = (read_json(folder, name) for name in ("run.json", "plan.json"))
+    planned, flights = plan.part("planned"), flights_of(plan)
+    yield from as_asked(run, planned, flights)
     rate_per_s = planned.above_zero("rate_per_s") if "rate_per_s" in planned else math.inf
     by_s = planned.number("found_by_s") if "found_by_s" in planned else None
     search = Search(
@@ -185,19 +179,6 @@ def _within(time_s: Array, offset: Array, radius_m: float) -> Iterator[tuple[flo
         from_s, to_s = max(a, a + roots[0]), min(b, a + roots[1])
         if from_s <= to_s:
             yield from_s, to_s
-
-
-def _uavs(plan: Fields) -> Iterator[tuple[int, Fields]]:
-    for number, content in enumerate(plan.items("uavs")):
-        yield number, Fields(f"plan.json: uavs[{number}]", content)
-
-
-def _flight(number: int, uav: Fields) -> Flight:
-    rows = np.array([row[:3] for row in uav.items("waypoints")], dtype=float)
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise RefusedError(f"plan.json: uavs[{number}]: waypoints should be time, x and y")
-    on_s = [(float(a), float(b)) for a, b in uav.items("sensor_on")]
-    return Flight(rows[:, 0], rows[:, 1] + 1j * rows[:, 2], on_s)
 
 
 def _particles(folder: Path) -> list[Particle]:

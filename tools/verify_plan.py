@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from verify_aircraft import flown_as_said
 from verify_files import Array, Fields, RefusedError, rows_of
 
 DEGREES = (("lon", 180.0), ("lat", 90.0))
-RATES = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
 
 
 def waypoints(plan: Fields, flight: Fields) -> Array:
@@ -24,7 +24,7 @@ def waypoints(plan: Fields, flight: Fields) -> Array:
 
 
 def said_again(
-    run: Fields, plan: Fields, flight: Fields, uav: Fields, first: Array, many: int
+    run: Fields, plan: Fields, flight: Fields, uav: Fields, first: Array
 ) -> Iterator[tuple[str, Any, Any]]:
     """Yield what a plan of schema 2 says that other fields say as well: name, claimed, found.
 
@@ -32,12 +32,13 @@ def said_again(
     ----------
     uav
         What the scenario says of the UAV.
-    many
-        How many UAVs there are: of several, heights may be assigned.
     first
         Time, x and y of the first waypoint.
     """
+    yield from flown_as_said(flight, uav)
     if not _is_newer(plan):
+        if "aircraft" in flight:
+            raise RefusedError(f"{flight.where}: has an aircraft, which its schema has not")
         return
     net = plan.part("network")
     rows_of("plan.json: network: net_offset_m", [net.any("net_offset_m")], 2)
@@ -45,14 +46,10 @@ def said_again(
         net.text("projection")
     yield "net of the plan", net.text("sha256")[:64], run.part("sha256").text("net")[:64]
     altitude_m = flight.number("altitude_m", 0.0)
-    if many == 1:
-        yield "altitude of the scenario", altitude_m, uav.number("altitude_m")
+    yield "altitude of the scenario", altitude_m, uav.number("altitude_m")
     yield "speed of the scenario", flight.above_zero("speed_mps"), uav.number("speed_mps")
     longest_s = uav.maybe("max_flight_time_s") if "max_flight_time_s" in uav else None
     yield "longest flight of the scenario", flight.maybe("max_flight_time_s"), longest_s
-    for key in RATES:  # a scenario may leave them to the aircraft that it names
-        if "aircraft" in flight and key in uav:
-            yield f"{key} of the scenario", flight.part("aircraft").any(key), uav.maybe(key)
     start = _place(plan, flight.part("start"))
     yield "start at the first waypoint", start, first[1:].tolist()
     if flight.any("landing") is not None:

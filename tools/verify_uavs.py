@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import verify_plan
+from verify_aircraft import climb_s, strays_m, value, wind_mps
 from verify_files import Array, Fields, RefusedError
 from verify_times import Law, law_of, timed_again
 
@@ -29,6 +30,8 @@ class Uav:
     speed_mps: float
     landing_s: float | None
     sorties: int = 1  # at most; 0: it flies no more
+    climb_s: float = 0.0
+    strays_m: float = 0.0  # from its line, at most
 
     @property
     def lands_s(self) -> float:
@@ -78,13 +81,14 @@ def _flight(plan: Fields, number: int, content: Any, many: int) -> Flight:
         uav=fields.whole("uav") if many > 1 or "uav" in fields else 0,
         law=law_of(fields),
         waypoints=verify_plan.waypoints(plan, fields),
-        sensor_on=_sensor_on(fields),
+        sensor_on=sensor_on(fields),
         legs=[_leg(fields.where, i, leg) for i, leg in enumerate(fields.items("legs"))],
         fields=fields,
     )
 
 
-def _sensor_on(flight: Fields) -> list[Pair]:
+def sensor_on(flight: Fields) -> list[Pair]:
+    """Return from when to when a flight's sensor is on, one time after the other."""
     windows = flight.rows("sensor_on", 2)
     if (np.diff(windows.ravel()) < 0).any():
         raise RefusedError(f"{flight.where}: sensor_on should be rising and disjoint")
@@ -99,7 +103,7 @@ def _leg(where: str, number: int, content: Any) -> NamedLeg:
 
 
 def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
-    """Return the UAVs that a certificate is about; the scenario says how often each may fly.
+    """Return the UAVs that a certificate is about; the scenario says how each may fly.
 
     Raises
     ------
@@ -107,14 +111,16 @@ def uavs_of(run: Fields, certificate: Fields, flights: tuple[Flight, ...]) -> tu
         If there are several flights and no list of UAVs, or a flight is of none that may fly.
     """
     found = _listed(certificate, flights)
-    said = [*map(_sorties, _sections(run.part("scenario"))), *(1 for _ in found)]
-    uavs = tuple(replace(uav, sorties=said[number]) for number, uav in enumerate(found))
+    sections = sections_of(run.part("scenario"))
+    if any(value(one, "in_air") is not None for one in sections):
+        raise RefusedError("run.json: scenario: uav: no bound is for one that is in the air")
+    uavs = tuple(map(_as_said, found, sections)) + found[len(sections) :]
     if not all(uavs[flight.uav].sorties for flight in flights):
         raise RefusedError("plan.json: uavs: one flies that flies no more in the scenario")
     return uavs
 
 
-def _sections(scenario: Fields) -> list[Fields]:
+def sections_of(scenario: Fields) -> list[Fields]:
     """Return what a scenario says of each UAV."""
     asked = scenario.any("uav")
     if asked == []:
@@ -123,9 +129,9 @@ def _sections(scenario: Fields) -> list[Fields]:
     return [Fields(f"{scenario.where}: uav", one) for one in asked]
 
 
-def _sorties(section: Fields) -> int:
-    given = "sorties" in section and section.any("sorties") is not None
-    return section.whole("sorties") if given else 1
+def _as_said(uav: Uav, section: Fields) -> Uav:
+    sorties = 1 if value(section, "sorties") is None else section.whole("sorties")
+    return replace(uav, sorties=sorties, climb_s=climb_s(section), strays_m=strays_m(section))
 
 
 def _listed(certificate: Fields, flights: tuple[Flight, ...]) -> tuple[Uav, ...]:
@@ -151,7 +157,7 @@ def flights_said_again(
     run: Fields, plan: Fields, flights: tuple[Flight, ...], uavs: tuple[Uav, ...]
 ) -> Iterator[Said]:
     """Yield what is said more than once of UAVs and flights."""
-    sections = _sections(scenario := run.part("scenario"))
+    sections = sections_of(scenario := run.part("scenario"))
     yield "UAVs of the scenario", len(uavs), len(sections)
     if len(sections) != len(uavs):
         return
@@ -160,7 +166,7 @@ def flights_said_again(
     for flight in flights:
         section, uav, first = sections[flight.uav], uavs[flight.uav], flight.waypoints[0]
         said = [
-            *verify_plan.said_again(run, plan, flight.fields, section, first, len(uavs)),
+            *verify_plan.said_again(run, plan, flight.fields, section, first),
             *timed_again(flight.fields, flight.waypoints),
             ("take-off of the flight", [uav.take_off_s, *uav.place_m], first.tolist()),
         ]
@@ -174,9 +180,8 @@ def _named(number: int, many: int, said: Iterator[Said]) -> Iterator[Said]:
 
 def _of_uav(scenario: Fields, section: Fields, uav: Uav) -> Iterator[Said]:
     """Yield what the scenario asks for of a UAV beside what the bound is for."""
-    winds = "wind" in section and section.any("wind") is not None
-    wind_mps = section.part("wind").number("speed_mps", 0.0) if winds else 0.0
-    yield "speed_mps of the scenario", uav.speed_mps, section.number("speed_mps") + wind_mps
+    over_ground_mps = section.number("speed_mps") + math.hypot(*wind_mps(section))
+    yield "speed_mps of the scenario", uav.speed_mps, over_ground_mps
     longest_s = section.maybe("max_flight_time_s") if "max_flight_time_s" in section else None
     lands_s = None if longest_s is None else uav.take_off_s + longest_s
     yield "landing_s of the scenario", uav.landing_s, lands_s
@@ -196,7 +201,7 @@ def misses_said_again(scenario: Fields, rate_per_s: float, radius_m: float) -> I
 
     It says so of the first UAV, and as if there were no wind.
     """
-    sensor, speed_mps = scenario.part("sensor"), _sections(scenario)[0].above_zero("speed_mps")
+    sensor, speed_mps = scenario.part("sensor"), sections_of(scenario)[0].above_zero("speed_mps")
     width_m = sensor.maybe("sweep_width_m") if "sweep_width_m" in sensor else None
     exposure = 2.0 * radius_m * rate_per_s / speed_mps  # of a pass straight over a target at rest
     if width_m is None:

@@ -5,8 +5,10 @@ import json
 import re
 import shutil
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,17 +59,38 @@ def test_a_plan_holds_a_flight_of_each(two: Path) -> None:
 
 
 def test_the_odds_of_two_follow_from_their_waypoints_alone(
-    run: Commands, two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Commands,
+    two: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run("futures", two / "run.json", "-o", tmp_path).code == 0
     monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
     check = import_module("verify").main
     assert check([str(two), "--futures", str(tmp_path)]) == 0
-    content = json.loads((two / "plan.json").read_text())
-    content["uavs"].pop()
     (two.parent / "one").mkdir()
-    (two.parent / "one" / "plan.json").write_text(json.dumps(content))
-    assert check([str(two.parent / "one"), "--futures", str(tmp_path)]) == 1
+    shutil.copy(two / "run.json", two.parent / "one")
+
+    def forged(change: Callable[[Any], object]) -> str:
+        content = json.loads((two / "plan.json").read_text())
+        change(content)
+        (two.parent / "one" / "plan.json").write_text(json.dumps(content))
+        capsys.readouterr()
+        assert check([str(two.parent / "one"), "--futures", str(tmp_path)]) in (1, 2)
+        said = capsys.readouterr()
+        return "".join(line for line in said.out.splitlines() if "WRONG" in line) + said.err
+
+    assert "detection_probability" in forged(lambda plan: plan["uavs"].pop())
+    uavs, on = lambda plan: plan["uavs"], lambda plan: plan["uavs"][0]["sensor_on"]
+    assert "flies no more often" in forged(lambda plan: uavs(plan).append(uavs(plan)[0]))
+    assert "not in the scenario" in forged(lambda plan: uavs(plan)[1].update(uav=2))
+    assert "rising and disjoint" in forged(lambda plan: on(plan).append(on(plan)[0]))
+    assert "radius_m of" in forged(lambda plan: plan["planned"].update(radius_m=1e6))
+    assert "horizon_s of" in forged(lambda plan: plan["planned"].update(horizon_s=1.0))
+    assert "no faster" in forged(lambda plan: uavs(plan)[0]["waypoints"][1].__setitem__(1, 1e6))
+    nan = {"waypoints": [["nan", 0.0, 0.0]]}
+    assert "rows of 3 numbers" in forged(lambda plan: uavs(plan)[0].update(nan))
 
 
 def test_flights_are_told_one_by_one(run: Commands, two: Path) -> None:

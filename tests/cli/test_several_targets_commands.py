@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import sys
 from argparse import Namespace
 from importlib import import_module
@@ -158,6 +159,7 @@ def test_the_figures_follow_from_waypoints_alone(
     content = json.loads((run / "plan.json").read_text())
     del content["planned"]["sought"]  # as if there were one, which cannot weigh so much
     (tmp_path / "plan.json").write_text(json.dumps(content))
+    shutil.copy(run / RECORD, tmp_path)
     assert check([str(tmp_path), "--futures", str(tmp_path / "futures")]) == 1
 
 
@@ -203,6 +205,7 @@ def test_the_checker_finds_when_any_and_all_are_found(
         forged = json.loads(json.dumps(content))
         forged["planned"][name][key] *= 0.999
         (tmp_path / "plan.json").write_text(json.dumps(forged))
+        shutil.copy(run / RECORD, tmp_path)
         assert check([str(tmp_path), "--futures", str(particles)]) == 1
         (wrong,) = [line for line in capsys.readouterr().out.splitlines() if "WRONG" in line]
         assert wrong.startswith(f"{name}: {key}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.bounds.certificate import Effort, certified
 from planner.detection.evaluate import evaluate
+from planner.flight.law import FlightLaw
 from planner.flight.plan import Plan
 from planner.flight.uav import Uav
 from planner.mission.certificate_file import (
@@ -20,6 +21,8 @@ from planner.mission.plan_file import plan_content, write_plan
 from planner.provenance import provenance, sha256_of_json
 from planner.search.problem import Problem
 from planner.search.stop import WorkDone
+
+RATES = ("acceleration_mps2", "corner_m", "climb_mps", "descend_mps")
 
 
 def write_certified(folder: Path, problem: Problem, plan: Plan, *, steps: int = 60) -> None:
@@ -71,9 +74,7 @@ def scenario_of(problem: Problem) -> dict[str, Any]:
 
 
 def _of_uav(uav: Uav) -> dict[str, Any]:
-    longest_s, wind = uav.max_flight_time_s, {}
-    if uav.aircraft is not None:
-        wind["wind"] = {"speed_mps": float(np.hypot(*uav.aircraft.law.wind_mps))}
+    longest_s = uav.max_flight_time_s
     return {
         "speed_mps": uav.speed_mps,
         "altitude_m": uav.altitude_m,
@@ -81,7 +82,20 @@ def _of_uav(uav: Uav) -> dict[str, Any]:
         "take_off_s": uav.take_off_s,
         **({} if np.isinf(longest_s) else {"max_flight_time_s": longest_s}),
         **({} if uav.sorties == 1 else {"sorties": uav.sorties}),
-        **wind,
+        **({} if uav.return_to_m is None else {"return_to": "start"}),
+        **({} if uav.aircraft is None else _of_law(uav.aircraft.law)),
+    }
+
+
+def _of_law(law: FlightLaw) -> dict[str, Any]:
+    east, north = law.wind_mps
+    from_deg = float(np.degrees(np.arctan2(-east, -north)))
+    rates = {key: getattr(law, key) for key in RATES}
+    return {
+        **{key: rate for key, rate in rates.items() if np.isfinite(rate)},
+        "hover": law.can_hover,
+        "min_speed_mps": law.min_speed_mps or None,
+        "wind": {"speed_mps": float(np.hypot(east, north)), "from_deg": from_deg},
     }
 
 

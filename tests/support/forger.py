@@ -13,6 +13,12 @@ import pytest
 
 from support.certified_runs import reseal
 
+NO_PRICES = pyarrow.table(
+    {
+        "flight": pyarrow.array([], pyarrow.list_(pyarrow.int64())),
+        "price": pyarrow.array([], pyarrow.list_(pyarrow.float64())),
+    }
+)
 TOOLS = Path(__file__).parents[2] / "tools"
 
 
@@ -86,3 +92,34 @@ class Forger:
     def table(self, name: str, change: Callable[[Any], Any]) -> None:
         path = self.folder / name
         pyarrow.parquet.write_table(change(pyarrow.parquet.read_table(path)), path)
+
+
+def climbs_for_ever(forger: Forger) -> None:
+    """Aircraft that take longer than the search to climb: nobody can be found, and none is."""
+    content = forger.json("plan.json")
+    horizon_s = content["planned"]["horizon_s"]
+    for flight in content["uavs"]:
+        up_s, x_m, y_m = flight["waypoints"][0][:3]
+        flight |= {"waypoints": [[up_s, x_m, y_m], [up_s + 1e6, x_m, y_m]]}
+        flight |= {"legs": [], "sensor_on": []}
+        flight["aircraft"] = {
+            **dict.fromkeys(("acceleration_mps2", "corner_m", "descend_mps", "min_speed_mps")),
+            "climb_mps": max(1.0, flight["altitude_m"]) / 1e5,
+            "hover": True,
+            "reserve_s": 0.0,
+            "wind_mps": [0.0, 0.0],
+            "headwind_mps": 0.0,
+        }
+    content["planned"] |= {
+        "expected_detection_time_s": horizon_s,
+        "detection_probability": 0.0,
+    }
+    content["certificate"] |= {
+        "plan_class": "free",
+        "bin_s": 0.0,
+        "lower_bound_s": horizon_s,
+        "gap": 0.0,
+    }
+    forger.write("plan.json", content)
+    pyarrow.parquet.write_table(NO_PRICES, forger.folder / "prices.parquet")
+    reseal(forger.folder)
