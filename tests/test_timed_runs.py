@@ -46,8 +46,8 @@ def said_of(law: FlightLaw) -> dict[str, Any]:
     rates = {key: getattr(law, key) for key in RATES}
     return {
         **{key: rate if np.isfinite(rate) else None for key, rate in rates.items()},
-        "hover": True,
-        "min_speed_mps": None,
+        "hover": law.can_hover,
+        "min_speed_mps": law.min_speed_mps or None,
         "reserve_s": 0.0,
         "wind_mps": list(law.wind_mps),
         "headwind_mps": 0.0,
@@ -120,6 +120,17 @@ def test_climb_descent_and_sensor() -> None:
     assert found["time for the descent"] == pytest.approx(50.0)
     early = replace(track, sensor_on=np.array([[begins_s, ends_s]]))
     assert claims(early, REAL)["sensor on at height only"] == pytest.approx(100.0 / 1.5)
+
+
+def test_what_cannot_hover_does_not() -> None:
+    law = replace(REAL, min_speed_mps=12.0)
+    line_m = np.array([[0.0, 0.0], [900.0, 0.0], [2000.0, 0.0]])
+    track = line_flown(line_m, np.zeros(3), law, up_s=500.0, lands=True)[0]
+    assert claims(track, law)["hovering of what cannot hover"] == 0.0
+    time_s = track.time_s.copy()
+    time_s[-1] += 30.0
+    found = claims(replace(track, time_s=time_s), law)
+    assert found["hovering of what cannot hover"] == pytest.approx(30.0)
 
 
 def test_an_ideal_aircraft_has_no_times_to_check() -> None:

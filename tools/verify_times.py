@@ -73,6 +73,9 @@ def timed_again(flight: Fields, waypoints: Array) -> Iterator[tuple[str, Any, An
     for name, needs_s, step in zip(("climb", "descent"), least_s, steps, strict=True):
         stay_s = _first_stay_s(np.diff(time_s)[::step], stays[::step])
         yield f"time for the {name}", 0.0, _off(max(0.0, needs_s - stay_s))
+    if not law.hovers:
+        hovers_s = float(np.diff(time_s)[stays].sum()) - sum(least_s)
+        yield "hovering of what cannot hover", 0.0, _off(max(0.0, hovers_s))
     on = flight.rows("sensor_on", 2).ravel()
     if len(on):
         begins_s, ends_s = time_s[0] + least_s[0], time_s[-1] - least_s[1]
