@@ -20,6 +20,10 @@ class InputError(PlannerError, ValueError):
     """A file or an argument is missing, broken or contradicts another one."""
 
 
+class NothingLeftError(InputError):
+    """A mission has come to its end: nobody flies any more, or nothing is left to be found."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing that is wrong with a scenario; as text, the key and what to do about it."""

@@ -233,7 +233,8 @@ def _resumed(
         place = where(arguments.lost_at, opened.network)
         gap_s = follow.GAP_S if arguments.gap is None else arguments.gap
         permit = permit_of(arguments)
-        going_on = resumed(opened, stored.plan, follow.at_loss(opened, place, standing))
+        followed = follow.at_loss(opened, stored.plan, place, standing)
+        going_on = resumed(opened, stored.plan, followed)
         return follow.lost(arguments.directory, going_on, place, at_s, gap_s, permit)
     if arguments.gap is not None:
         raise InputError("--gap: goes with --lost-at; give both, or leave it out")

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner.arrays import Floats
-from planner.errors import InputError
+from planner.errors import NothingLeftError
 from planner.futures.futures import Futures
 
 ROUNDING = 1e-9  # by which probabilities that sum to one may miss it
@@ -54,7 +54,7 @@ def posterior(futures: Futures, likelihood: Floats, absent: Floats) -> Floats:
 
     Raises
     ------
-    InputError
+    NothingLeftError
         If nothing is left that agrees with it.
     """
     weight = futures.weight * likelihood
@@ -63,7 +63,7 @@ def posterior(futures: Futures, likelihood: Floats, absent: Floats) -> Floats:
         nowhere = 1.0 - float(futures.weight[rows].sum())
         total = float(weight[rows].sum()) + (nowhere * unseen if nowhere > ROUNDING else 0.0)
         if rows.any() and total <= 0.0:
-            raise InputError(
+            raise NothingLeftError(
                 "news: nothing that is believed of the target agrees with it; leave the news out "
                 "that is least sure, or describe the target anew ([target])"
             )

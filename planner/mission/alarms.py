@@ -17,14 +17,15 @@ from planner.checked import number, set_fields
 from planner.detection.evaluate import evaluate
 from planner.detection.evaluation import Evaluation
 from planner.detection.first_detection import first_detection
-from planner.errors import InputError
+from planner.errors import NothingLeftError
+from planner.flight.plan import Plan
 from planner.flight.track import Track
 from planner.futures.futures import Futures
 from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
 from planner.mission.planning import problem_of
-from planner.mission.resume import Standing
+from planner.mission.resume import Resumed, Standing, grounded, in_order
 from planner.mission.several import refuse_fleet
 from planner.progress import Progress, silent
 
@@ -118,22 +119,33 @@ def with_alarms(mission: Mission, alarm: NextAlarm, lasts_s: float, *, anew: boo
     Parameters
     ----------
     lasts_s
-        For how long the UAV stands still at each.
+        For how long the UAV stands still at each, unless it is on the ground by then.
     anew
         Whether it is planned anew after each; else the plan is flown later.
     """
     problem = problem_of(mission.opened, NO_TARGETS)
     now_s, horizon_s = problem.uav.at_height.take_off_s, problem.objective.horizon_s
-    while (alarm_s := alarm(mission.plan.tracks[0], now_s)) < min(mission.plan.end_s, horizon_s):
+    while (alarm_s := alarm(in_order(mission.plan.tracks), now_s)) < min(
+        mission.plan.end_s, horizon_s
+    ):
         now_s = alarm_s + lasts_s
+        is_down = grounded(mission.opened, mission.plan, Standing(now_s))
         try:
-            going_on = mission.heard(Standing(now_s, late_s=lasts_s))
-            is_settled = not anew or _left(mission, now_s) <= SETTLED
-            found = None if is_settled else mission.planned(going_on)
-        except InputError:  # nothing is left to be found, or the flight is over
+            going_on = mission.heard(Standing(now_s, late_s=0.0 if is_down else lasts_s))
+        except NothingLeftError:  # the flight is over
             break
-        mission.goes_on(going_on, going_on.incumbent if found is None else found.attempt.plan)
+        mission.goes_on(going_on, _anew(mission, going_on, now_s) if anew else going_on.incumbent)
     return mission.track
+
+
+def _anew(mission: Mission, going_on: Resumed, now_s: float) -> Plan:
+    """Return the plan made anew; the one there was where hardly anything is left to be found."""
+    if _left(mission, now_s) <= SETTLED:
+        return going_on.incumbent
+    try:
+        return mission.planned(going_on).attempt.plan
+    except NothingLeftError:  # to choose on
+        return going_on.incumbent
 
 
 def compared(

@@ -17,7 +17,7 @@ from planner.futures.none import NO_TARGETS
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problems_of
-from planner.mission.resume import Resumed, Standing
+from planner.mission.resume import Resumed, Standing, called, grounded
 from planner.mission.run_folder import PROVENANCE
 from planner.mission.several import refuse_several
 from planner.network.place_words import Where
@@ -68,7 +68,7 @@ def lost(
     return Resumed(anew, _waiting(anew), gap_s)
 
 
-def at_loss(opened: OpenScenario, place: Where, standing: Standing) -> Standing:
+def at_loss(opened: OpenScenario, plan: Plan, place: Where, standing: Standing) -> Standing:
     """Return where UAVs are once a target is lost that one of them has followed.
 
     A single UAV is where the target was lost, if nothing else is said.
@@ -76,20 +76,32 @@ def at_loss(opened: OpenScenario, place: Where, standing: Standing) -> Standing:
     Raises
     ------
     InputError
-        If there are several targets, or several UAVs of which none is said to have followed it.
+        If there are several targets, or several UAVs of which none is said to have followed it,
+        or who has is on the ground by the plan.
     """
     refuse_several(opened, "--lost-at")
     if len(opened.scenario.uavs) == 1 and not standing.joined:
         said = standing.uavs.get(0, standing.of_only)
         there = replace(said, xy_m=said.xy_m or (place.x_m, place.y_m))
-        return Standing(standing.at_s, uavs={**standing.uavs, 0: there})
-    named = [standing.of_only, *standing.uavs.values()]
-    if all(one.xy_m is None for one in named):
+        standing = Standing(standing.at_s, uavs={**standing.uavs, 0: there})
+    elif all(one.xy_m is None for one in [standing.of_only, *standing.uavs.values()]):
         raise InputError(
             "--lost-at: one of several UAVs has followed the target; say which one, and where it "
             "is, as --uav 2 --uav-at PLACE"
         )
+    _refuse_grounded(opened, plan, standing)
     return standing
+
+
+def _refuse_grounded(opened: OpenScenario, plan: Plan, standing: Standing) -> None:
+    many = len(opened.scenario.uavs) + len(standing.joined)
+    for number in grounded(opened, plan, standing):
+        if number in standing.uavs and standing.uavs[number].xy_m is not None:
+            raise InputError(
+                f"--lost-at: by its plan {called(number, many)} is on the ground at "
+                f"{clock(standing.at_s)}, and who has followed the target flies; give --at a time "
+                "of its flight, or tell where the target was seen as --report"
+            )
 
 
 def _refuse_no_time(opened: OpenScenario, at_s: float, gap_s: float) -> None:

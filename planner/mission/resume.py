@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from planner.clock import clock
-from planner.errors import InputError, NotApplicableError
+from planner.errors import InputError, NotApplicableError, NothingLeftError
 from planner.flight.plan import ROUNDING_S, Plan, Sortie
 from planner.flight.track import Track
 from planner.flight.uav import Uav
@@ -101,8 +101,9 @@ def resumed(
     Raises
     ------
     InputError
-        If nobody flies any more, or something is said of a UAV that there is not, or that is on
-        the ground.
+        If something is said of a UAV that there is not, or that is on the ground.
+    NothingLeftError
+        If nobody flies any more.
     """
     opened = with_joined(opened, standing.joined, standing.at_s)
     problems = problems_of(opened, NO_TARGETS)
@@ -112,7 +113,7 @@ def resumed(
         for number, (problem, said) in enumerate(zip(problems, told, strict=True))
     ]
     if not any(part.flies for part in parts):
-        raise InputError(_nobody(plan, told))
+        raise NothingLeftError(_nobody(plan, told))
     flown = {number: part.flown for number, part in enumerate(parts) if part.flown is not None}
     sensor, speed_mps = problems[0].sensor, problems[0].uav.speed_mps
     own = [search_of(track, sensor, speed_mps) for track in flown.values()]
@@ -122,6 +123,30 @@ def resumed(
     begun_s = (part.section.in_air.at_s for part in parts if part.section.in_air and part.flown)
     at_s = min(begun_s, default=standing.at_s)
     return Resumed(after, plan if is_whole else rest, at_s, flown)
+
+
+def grounded(opened: OpenScenario, plan: Plan, standing: Standing) -> tuple[int, ...]:
+    """Return who is on the ground, by the plan and by what is said; nobody who is lost.
+
+    Raises
+    ------
+    InputError
+        If something is said of a UAV that there is not.
+    """
+    opened = with_joined(opened, standing.joined, standing.at_s)
+    problems = problems_of(opened, NO_TARGETS)
+    told = _told(standing, problems)
+    return tuple(
+        number
+        for number, (problem, said) in enumerate(zip(problems, told, strict=True))
+        if said.lost_s is None
+        and not _Now(opened, number, problem.uav, standing.at_s).is_up(_flights(plan, number), said)
+    )
+
+
+def called(number: int, many: int) -> str:
+    """Return what one of so many UAVs is called."""
+    return "the UAV" if many == 1 else f"UAV {number + 1}"
 
 
 def refuse_long_delay(opened: OpenScenario, plan: Plan, standing: Standing) -> None:
@@ -139,7 +164,7 @@ def refuse_long_delay(opened: OpenScenario, plan: Plan, standing: Standing) -> N
         begins_s = max((s for s in begun_s if s < standing.at_s), default=standing.at_s)
         most_s = max(0.0, standing.at_s - begins_s - _climb_s(problem.uav))
         if late_s > most_s:
-            who = "the UAV" if len(problems) == 1 else f"UAV {number + 1}"
+            who = called(number, len(problems))
             raise InputError(
                 f"--delay {late_s:g}: at {clock(standing.at_s)} {who} has been at its "
                 f"height for {most_s:g} s; give at most that"
@@ -208,10 +233,10 @@ class _Now:
         flown = [one.tracks[0] for one in begun]
         if said.lost_s is not None:
             return _Part(self._changed(NO_MORE), flown=_flown_until(flown, by_s))
-        if begun and self._is_up(begun[-1], len(begun) - 1, said, last=not waiting):
+        if self.is_up(flights, said):
             return self._in_flight(begun, waiting, said)
-        if said != OfUav() and (waiting or not begun):
-            self._refuse_on_ground()
+        if said != OfUav():
+            self._refuse_on_ground(has_landed=bool(begun) and not waiting)
         left = self.uav.sorties - len(begun)
         if not begun:
             return _Part(self._changed(self._ready(left)), waiting)
@@ -219,22 +244,30 @@ class _Now:
         changes = {"in_air": None, **ready}
         return _Part(self._changed(changes), waiting, _flown_until(flown, self.at_s))
 
-    def _is_up(self, flight: Plan, number: int, said: OfUav, *, last: bool) -> bool:
+    def is_up(self, flights: Sequence[Plan], said: OfUav) -> bool:
         """Return whether it flies on in a flight that it has begun.
 
-        Of several flights, one that comes down already is as good as over.
+        Of several flights, one that comes down already is as good as over. In the last one it is
+        where it is said to be, whatever the plan has.
         """
-        if said.xy_m is not None and last:
+        begun = [one for one in flights if one.take_off_s < self.at_s]
+        if not begun:
+            return False
+        if said.xy_m is not None and len(begun) == len(flights):
             return True
-        uav, down_s = self.uav.of_flight(number), 0.0
+        uav, down_s = self.uav.of_flight(len(begun) - 1), 0.0
         is_alone = len(self.opened.scenario.uavs) == 1 and self.uav.sorties == 1
         if uav.aircraft is not None and uav.return_to_m is not None and not is_alone:
             down_s = uav.aircraft.law.descend_s
-        return self.at_s < flight.end_s - down_s
+        return self.at_s < begun[-1].end_s - down_s
 
-    def _refuse_on_ground(self) -> None:
-        many = len(self.opened.scenario.uavs)
-        who = "the UAV" if many == 1 else f"UAV {self.number + 1}"
+    def _refuse_on_ground(self, *, has_landed: bool) -> None:
+        who = called(self.number, len(self.opened.scenario.uavs))
+        if has_landed:
+            raise InputError(
+                f"uav: {who} has landed by {clock(self.at_s)}, as planned; say where it is if it "
+                "flies still, or leave out what is said of it"
+            )
         raise InputError(
             f"uav: {who} is on the ground at {clock(self.at_s)}, as planned, where no place, "
             "battery or delay of it counts; leave out what is said of it"

@@ -9,14 +9,12 @@ from planner.detection.evaluate import evaluate
 from planner.errors import InputError
 from planner.flight.plan import Plan
 from planner.flight.track import Track
-from planner.mission.follow import at_loss, contact
-from planner.mission.joined import Joined
+from planner.mission.follow import contact
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import problem_of
 from planner.mission.replan import with_news
-from planner.mission.resume import OfUav, Standing, resumed
-from planner.network.place_words import Where
+from planner.mission.resume import Standing, resumed
 from planner.scenario.news import ReportNews
 from planner.search.methods import method_named
 
@@ -155,13 +153,3 @@ def test_contact_is_what_is_left_of_the_time_to_find_it_again(mission: Mission) 
     found = evaluate(mission.plan.tracks, problem.futures, problem.sensor, problem.objective)
     seconds = found.expected_detection_time_s
     assert contact(found, every_s=seconds) == pytest.approx(0.5)
-
-
-def test_who_has_followed_the_target_is_where_it_was_lost() -> None:
-    opened = open_scenario("figure3")
-    place = Where(7.0, 8.0, "A")
-    assert at_loss(opened, place, Standing(100.0)).uavs[0].xy_m == (7.0, 8.0)
-    said = Standing(100.0, xy_m=(1.0, 2.0), left_s=50.0)
-    assert at_loss(opened, place, said).uavs == {0: OfUav(xy_m=(1.0, 2.0), left_s=50.0)}
-    with pytest.raises(InputError, match="--lost-at: one of several UAVs has followed the target"):
-        at_loss(opened, place, Standing(100.0, joined=(Joined(100.0, {}),)))
