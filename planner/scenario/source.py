@@ -132,7 +132,7 @@ def read_source(
         presets = {}
     if preset is not None:
         _apply_preset(tables, preset, presets, faults)
-    for override in overrides:
+    for override in sorted(overrides, key=_is_of_truth):
         apply_override(tables, override, faults)
         if of_run and override.replace(" ", "").startswith("uav.aircraft="):
             text = "of a run is written out; name the scenario in place of the run to change it"
@@ -215,7 +215,7 @@ def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fau
     elif not isinstance(chosen, Mapping):
         faults.append(Fault(f"presets.{preset}", 'should be a table of "dotted.key" = value'))
     else:
-        for key, value in chosen.items():
+        for key, value in sorted(chosen.items(), key=lambda item: _is_of_truth(item[0])):
             if isinstance(value, Mapping) and "." not in key:
                 text = (
                     "should be a dotted key; write the whole key in quotes, as "
@@ -224,6 +224,12 @@ def _apply_preset(tables: Tables, preset: str, presets: Tables, faults: list[Fau
                 faults.append(Fault(f"presets.{preset}.{key}", text))
             else:
                 _set(tables, key, copy.deepcopy(value), faults)
+
+
+def _is_of_truth(override: str) -> bool:
+    """Return whether a key is of the truth, which is set last: there is one for each target."""
+    key = override.partition("=")[0]
+    return key.partition(".")[0].strip(" \t\"'") == "truth"
 
 
 def apply_override(tables: Tables, override: str, faults: list[Fault]) -> None:

@@ -8,6 +8,7 @@ import pytest
 from planner.errors import ScenarioError
 from planner.mission.opening import open_scenario
 from planner.scenario.draft import read_draft, read_scenario
+from planner.scenario.source import read_source
 from planner.scenario.toml_text import scenario_text
 
 TWO = """
@@ -92,6 +93,23 @@ def test_an_override_is_for_the_truth_of_one_target_or_of_all(folder: Path, said
     assert fastest(folder, f"truth.1.{nine}") == [25.0, 9.0]
     assert fastest(folder, f"truth.{nine}", f"truth.0.{five}") == [5.0, 9.0]
     assert fastest("grid5x5", f"truth.0.{nine}") == [9.0]  # of one target, as uav.0 of one UAV
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_truth_of_a_target_may_be_said_before_the_target(folder: Path, number: int) -> None:
+    text = TWO.partition("[[target]]")[0]
+    (folder / "scenario.toml").write_text(text)
+    both = "target = [{ start = { a = 1 } }, { start = { b = 1 } }]"
+    truth = f"truth.{number}.speed_mps={{constant=9}}"
+    said, back = (
+        read_source(folder, overrides=overrides) for overrides in ([truth, both], [both, truth])
+    )
+    assert (said.tables, said.faults) == (back.tables, ())
+    assert said.tables["truth"][number] == {"speed_mps": {"constant": 9}}
+    assert len(said.tables["truth"]) == 2
+    preset = f'[presets.two]\n"truth.{number}.speed_mps" = {{ constant = 9 }}\n{both}\n'
+    (folder / "scenario.toml").write_text(text + preset)
+    assert read_source(folder, preset="two").tables == said.tables
 
 
 @pytest.mark.parametrize(
