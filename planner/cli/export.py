@@ -167,7 +167,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _late_line(flights: "Sequence[RunFlight]", now: datetime) -> str:
-    """Return that take-off has passed today; nothing where it has not, or it has no time of day."""
+    """Return that take-off was to be within the last 24 hours; nothing if not, or nobody knows."""
     sighted_at = flights[0].flight.sighted_at
     if sighted_at is None:
         return ""

@@ -162,13 +162,12 @@ def _first_and_last(planned: Evaluation) -> dict[str, Any]:
     """Return when any and all of several targets are found, which the particles alone tell."""
     if planned.objective.sought == 1:
         return {}
-    return {
-        name: {
-            "expected_detection_time_s": find.expected_s,
-            "found_probability": find.probability,
-        }
-        for name, find in zip(("first", "last"), first_and_last(planned), strict=True)
-    }
+    finds = zip(("first", "last"), first_and_last(planned), strict=True)
+    return {name: _without_intervals(_find(find)) for name, find in finds}
+
+
+def _without_intervals(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if "ci95" not in key}
 
 
 def _find(find: Find) -> dict[str, Any]:

@@ -111,6 +111,14 @@ def test_what_is_for_one_uav_is_refused_at_once(run: Commands, two: Path) -> Non
     said = run("replan", two, "--at", 30, "--lost-at", "A")
     assert said.code == 2
     assert "--lost-at: one of several UAVs has followed the target; say which one" in said.err
+    for at_s, uav, fault in (
+        (0, 2, "--lost-at: by its plan UAV 2 is on the ground at 0:00:00"),
+        (30, 3, "uav: there is no UAV 3; they are UAV 1 to UAV 2"),
+    ):
+        who = ("--lost-at", "A", "--uav", uav, "--uav-at", "A")
+        said = run("replan", two, "--at", at_s, *who)
+        assert said.code == 2
+        assert fault in said.err
     said = run("fly", two, "--track", two / "plan.json")
     assert said.code == 2
     assert "--track: is what one UAV recorded, and the plan is for several" in said.err
