@@ -202,6 +202,8 @@ def test_the_checker_finds_when_any_and_all_are_found(
     assert "last: found_probability" in capsys.readouterr().out
     content = json.loads((run / "plan.json").read_text())
     for name, key in (("first", "expected_detection_time_s"), ("last", "found_probability")):
+        told = {"expected_detection_time_s", "found_probability"}  # the particles have no interval
+        assert {*content["planned"][name]} == told
         forged = json.loads(json.dumps(content))
         forged["planned"][name][key] *= 0.999
         (tmp_path / "plan.json").write_text(json.dumps(forged))
