@@ -30,6 +30,9 @@ RADIUS_M = 200.0  # how well a place is known, where nobody says
 CLOCKS_S = 60.0  # by which the clocks of people may differ; many tell the minute alone
 STREET_M = 30.0  # how far from its line who drives on a street may be
 HOW_SURE = rf"(?P<sure>{NUMBER}\s*%?)(?:\s*sure)?(?:,\s*within\s+(?P<radius_m>{NUMBER})\s*m)?"
+# Which target was seen. No name begins with the verb, and "An den Seen 5" is a place, so that a
+# capital letter in the middle makes no verb of a word without "at".
+NAMED = r"(?!(?:seen|at)\b)(?P<target>\S.*?)\s+(?:seen\s+at|(?-i:seen))\s+"
 SENTENCES = {  # in the order in which they are tried
     "nothing": re.compile(
         rf"nothing\s+(?:at\s+)?(?P<place>.+?)\s+from\s+(?P<from>.+?)\s+to\s+(?P<to>[^,]+),\s*"
@@ -37,7 +40,7 @@ SENTENCES = {  # in the order in which they are tried
         re.IGNORECASE,
     ),
     "report": re.compile(
-        rf"(?:(?:(?P<target>\S.*?)\s+)?seen\s+)?(?:at\s+)?(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*"
+        rf"(?:{NAMED}|(?:seen\s+)?(?:at\s+)?)(?P<place>.+?)\s+at\s+(?P<at>[^,]+),\s*"
         rf"{HOW_SURE}",
         re.IGNORECASE,
     ),

@@ -155,3 +155,23 @@ def test_the_name_of_the_only_target_may_be_said() -> None:
     alone = HERE._replace(targets=("blue",))
     said = (f"blue seen at {NODE} at 1200, 70 %", f"seen at {NODE} at 1200, 70 %")
     assert heard(sentence(said[0]), alone) == heard(sentence(said[1]), alone)
+
+
+@pytest.mark.parametrize(
+    ("said", "target", "place"),
+    [
+        ("seen at Seen Street", None, "Seen Street"),
+        ("seen at An den Seen 5", None, "An den Seen 5"),
+        ("seen An den Seen 5", None, "An den Seen 5"),
+        ("at An den Seen 5", None, "An den Seen 5"),
+        ("An den Seen 5", None, "An den Seen 5"),
+        ("Seen at Seen", None, "Seen"),
+        ("blue seen at An den Seen 5", "blue", "An den Seen 5"),
+        ("Blue Seen At Seen Street", "Blue", "Seen Street"),
+        ("blue van seen Seen Street", "blue van", "Seen Street"),
+        ("seenland seen at A", "seenland", "A"),
+    ],
+)
+def test_a_place_may_be_called_as_the_verb_is(said: str, target: str | None, place: str) -> None:
+    found = sentence(f"{said} at 14:20, 70 %")
+    assert (found.get("target"), found["place"], found["at"]) == (target, place, "14:20")
