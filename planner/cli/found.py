@@ -18,6 +18,8 @@ from planner.mission.opening import OpenScenario
 from planner.mission.own_futures import OwnFutures
 from planner.mission.plan_file import plan_content, timing_content
 from planner.mission.trial import Attempt, Trial
+from planner.network.georeference import is_georeferenced
+from planner.network.road_network import RoadNetwork
 from planner.report import finds, real_flight, sentences, tables
 from planner.search.problem import Problem
 
@@ -115,7 +117,7 @@ def blocks_of(
         yield f"there is no certificate: {found.no_bound}"
     if arguments.output:
         yield f"written to {arguments.output}"
-        yield from _next_steps(arguments.output)
+        yield from _next_steps(arguments.output, found.opened.network)
     else:
         yield "not saved; add -o DIR for plan.json, a page to look at, and what sumo-gui shows"
 
@@ -128,11 +130,12 @@ def _timing(found: Found) -> Iterator[Any]:
         yield real_flight.aircraft_line(found.opened.scenario.uav)
 
 
-def _next_steps(folder: Path) -> Iterator[str]:
+def _next_steps(folder: Path, network: RoadNetwork) -> Iterator[str]:
     """Yield what to do with a run, a command a line."""
     typed = shlex.quote(str(folder))
+    origin = "" if is_georeferenced(network) else " --origin LAT,LON"
     yield f"look at it:      open {folder / run_folder.PAGE} in a browser"
-    yield f"for an aircraft: planner export {typed}"
+    yield f"for an aircraft: planner export {typed}{origin}"
     yield f"try it out:      planner fly {typed}"
 
 

@@ -59,8 +59,8 @@ def _known(places: Floats) -> Flags:
 def _refuse_unplaced(log: TrackLog, network: RoadNetwork) -> None:
     if not is_georeferenced(network):
         raise InputError(
-            f"{log.path}: has longitude and latitude, and {network.given_as} does not say where on "
-            "the Earth it lies; give --origin LAT,LON, the place where its x and y are 0"
+            f"{log.path}: has longitude and latitude, and the net of this run does not say where "
+            "on the Earth it lies; give --origin LAT,LON, the place where its x and y are 0"
         )
 
 
