@@ -71,4 +71,4 @@ def percent(share: float, digits: int = 1, *, sign: bool = False) -> str:
     sign
         Whether a plus is written too.
     """
-    return f"{100.0 * share:{'+' if sign else ''}.{digits}f} %"
+    return f"{100.0 * share:{'+' if sign else ''}z.{digits}f} %"

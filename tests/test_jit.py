@@ -10,7 +10,7 @@ import planner
 
 # A caller may have imported numba first.
 COMPILE = """import numba
-from planner.search.kernels.rays import bearing
+from planner.search.kernels.bearings import bearing
 print(bearing(1.0, -2.0))"""
 
 

@@ -121,18 +121,18 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
         reward = min(most, most_of_any_flight(problem, earliest_s, earned, so_far.hear))
         bound, physics = objective.value(reward), objective.value(most)
         return Certificate(value, bound, "free", trace=tuple(so_far.trace), physics=physics)
-    bounded, known = _of_fleet if of_fleet else _of_one, _Known(earned, floors, most)
+    bounded, beforehand = _of_fleet if of_fleet else _of_one, _Beforehand(earned, floors, most)
     try:
-        return bounded(own, known, so_far)
+        return bounded(own, beforehand, so_far)
     except NotApplicableError:
         if own.sensor.is_perfect:
             raise
         # Whom a sensor may miss it may see again: its table is several times as large.
-        return bounded(problem, known, so_far)
+        return bounded(problem, beforehand, so_far)
 
 
-class _Known(NamedTuple):
-    """What is known of a problem before its tables are made."""
+class _Beforehand(NamedTuple):
+    """What is found of a problem before its tables are made."""
 
     earned: Floats  # (N,) by the plan
     floors: list[Floats]  # under prices, to be tried in this order, (N,) each
@@ -151,13 +151,13 @@ def _floors(objective: Objective, earned: Floats, mean: float, soonest: float) -
     return [np.maximum(0.0, earned - fall) for fall in falls]
 
 
-def _of_one(problem: Problem, known: _Known, so_far: "_SoFar") -> Certificate:
+def _of_one(problem: Problem, beforehand: _Beforehand, so_far: "_SoFar") -> Certificate:
     """Return the certificate of the only UAV's plan over roads."""
     movements = Movements(problem)
-    search = _searched(movements, known, so_far)
+    search = _searched(movements, beforehand, so_far)
     return Certificate(
         so_far.value,
-        problem.objective.value(min(search.bound, known.most)),
+        problem.objective.value(min(search.bound, beforehand.most)),
         "roads",
         movements.fitting_bin_s,
         search.proof,
@@ -167,16 +167,16 @@ def _of_one(problem: Problem, known: _Known, so_far: "_SoFar") -> Certificate:
     )
 
 
-def _of_fleet(problem: Problem, known: _Known, so_far: "_SoFar") -> Certificate:
+def _of_fleet(problem: Problem, beforehand: _Beforehand, so_far: "_SoFar") -> Certificate:
     """Return the certificate of a fleet's plan over roads."""
     objective, value = problem.objective, so_far.value
-    table = FleetTable.of(problem, fitting_bin_s(problem), known.floors)
-    reward = float(problem.futures.weight @ known.earned)
-    start = first_prices(table, known.earned)
+    table = FleetTable.of(problem, fitting_bin_s(problem), beforehand.floors)
+    reward = float(problem.futures.weight @ beforehand.earned)
+    start = first_prices(table, beforehand.earned)
     found, prices = lowest(table, start, reward, steps=FIRST_STEPS, stop=so_far.hear)
     return Certificate(
         value,
-        objective.value(min(found, known.most)),
+        objective.value(min(found, beforehand.most)),
         "roads",
         table.bin_s,
         {(): prices},
@@ -236,14 +236,14 @@ def _most_by_prices(problem: Problem, certificate: Certificate) -> float:
     return FleetTable.of(problem, certificate.bin_s, [prices]).bound(prices).reward
 
 
-def _searched(movements: Movements, known: _Known, so_far: _SoFar) -> Search:
+def _searched(movements: Movements, beforehand: _Beforehand, so_far: _SoFar) -> Search:
     """Return a search for the best bound that has ended, started from what a plan earns."""
-    table = table_of(movements, movements.fitting_bin_s, known.floors)
-    start = first_prices(table, known.earned)
+    table = table_of(movements, movements.fitting_bin_s, beforehand.floors)
+    start = first_prices(table, beforehand.earned)
     search = Search(
         movements,
         table,
-        float(table.weight @ known.earned),
+        float(table.weight @ beforehand.earned),
         so_far.hear,
         is_late=so_far.is_late,
         workers=so_far.effort.workers,

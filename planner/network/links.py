@@ -47,7 +47,7 @@ class NetFile(NamedTuple):
 
     lanes: dict[str, Lane]
     car_lanes: dict[str, list[Lane]]  # by edge: those that a car may use, the rightmost first
-    links: dict[tuple[str, str], Mapping[str, str]]  # from edge to edge, the first one for cars
+    links: dict[tuple[str, str], list[Mapping[str, str]]]  # from edge to edge, those for cars
     every: list[Mapping[str, str]]  # links for cars, from lane to lane
     onward: dict[str, str]  # from a lane within a junction to the next one there
     programs: dict[str, Program]
@@ -88,9 +88,9 @@ def read_links(path: Path) -> NetFile:
         else:
             connections.append(said)
     every, onward = _links(connections, lanes)
-    links: dict[tuple[str, str], Mapping[str, str]] = {}
+    links: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for link in every:
-        links.setdefault((link["from"], link["to"]), link)
+        links.setdefault((link["from"], link["to"]), []).append(link)
     return NetFile(lanes, _car_lanes(lanes), links, every, onward, programs)
 
 

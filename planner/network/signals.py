@@ -154,10 +154,12 @@ def _names(network: RoadNetwork) -> Iterator[tuple[str, str]]:
 
 
 def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
-    link = file.links.get((start, end), {})
+    links = file.links.get((start, end)) or [{}]
+    link = links[0]
     program = file.programs.get(link.get("tl", ""), NO_SIGNAL)
     shows = shown(link)
-    if not np.any(shows != STOP) and (program.actuated or _opens(file, shown, start, end)):
+    shut = len(shows) and not np.any(shows != STOP)
+    if shut and (program.actuated or any(np.any(shown(other) != STOP) for other in links[1:])):
         shows = shows[:0]  # detectors would open it, or a car takes the lane beside
     cycle_s = min(max(round(sum(phase.lasts_s for phase in program.phases)), 1), LONGEST_S)
     return _Turn(
@@ -167,15 +169,6 @@ def _turn(file: NetFile, shown: Any, start: str, end: str) -> _Turn:
         program.actuated,
         not len(shows) and link.get("state", "M") in MINOR,
         _line(file.through(link), file.car_lanes[start][0], file.car_lanes[end][0]),
-    )
-
-
-def _opens(file: NetFile, shown: Any, start: str, end: str) -> bool:
-    """Return whether a signal ever lets cars pass from one edge to the next, on any lane."""
-    return any(
-        np.any(shown(link) != STOP)
-        for link in file.every
-        if link["from"] == start and link["to"] == end
     )
 
 

@@ -46,7 +46,7 @@ def legs_table(plan: Plan, network: RoadNetwork, until_s: float = math.inf) -> F
         return [road, *leg_ends(network, leg.leg), *times]
 
     flown = [[cells(leg) for leg in legs if leg.start_s < until_s] for legs in plan.legs]
-    return _flights_table("roads in the order flown", columns, plan, flown)
+    return _flown_table("roads in the order flown", columns, plan, flown)
 
 
 def waypoints_table(
@@ -82,10 +82,10 @@ def waypoints_table(
         [cells(stay) for stay in _stays(track, radius_m) if stay.from_s < until_s]
         for track in plan.tracks
     ]
-    return _flights_table("waypoints in the order flown", columns, plan, flown)
+    return _flown_table("waypoints in the order flown", columns, plan, flown)
 
 
-def _flights_table(
+def _flown_table(
     title: str, columns: Sequence[Column], plan: Plan, flown: Sequence[Sequence[Sequence[str]]]
 ) -> FittingTable:
     """Return a table of what is flown, for each flight the cells after its number.

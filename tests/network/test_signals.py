@@ -98,14 +98,30 @@ def test_the_program_read_last_counts(tmp_path: Path) -> None:
     assert set(signals_of(network).cycle_s.tolist()) == {0, 5 * phases}
 
 
-def test_what_a_fixed_program_never_opens_stays_shut_unless_another_lane_is_open(
-    tmp_path: Path,
-) -> None:
-    def never_open(network: RoadNetwork) -> int:
-        found = signals_of(network)
-        parts = zip(found.first_second[:-1], found.first_second[1:], strict=True)
-        return sum(end > first and not found.shows[first:end].any() for first, end in parts)
+def never_open(network: RoadNetwork) -> int:
+    """How many turns have a signal that is always red."""
+    found = signals_of(network)
+    parts = zip(found.first_second[:-1], found.first_second[1:], strict=True)
+    return sum(end > first and not found.shows[first:end].any() for first, end in parts)
 
+
+@pytest.mark.parametrize(("shut", "never"), [({1}, 0), ({1, 2}, 1)])
+def test_a_turn_is_shut_where_none_of_its_lanes_is_ever_open(
+    shut: set[int], never: int, tmp_path: Path
+) -> None:
+    """Two lanes lead from the north to the south: links 1 and 2."""
+
+    def without(found: re.Match[str]) -> str:
+        letters = ("r" if k in shut else letter for k, letter in enumerate(found[1]))
+        return f'state="{"".join(letters)}"'
+
+    network = changed(tmp_path, 'state="([ryguGo]{3,})"', without)
+    found, turn = signals_of(network), turns(network).index(("n-centre", "centre-s"))
+    assert never_open(network) == never
+    assert bool(found.cycle_s[turn]) == bool(never)
+
+
+def test_what_a_fixed_program_never_opens_stays_shut(tmp_path: Path) -> None:
     assert never_open(town()) == 0
     shut = changed(tmp_path, 'state="[rygGuo]+"', lambda found: re.sub("[gG]", "r", found[0]))
     assert never_open(shut) == np.count_nonzero(signals_of(town()).cycle_s) > 0

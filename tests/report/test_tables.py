@@ -71,6 +71,12 @@ def line(text: str, start: str) -> list[str]:
     return re.split(r"\s{2,}", found.strip())
 
 
+def test_a_share_that_rounds_to_nothing_is_not_below_nothing() -> None:
+    assert percent(-0.0004, sign=True) == "+0.0 %"
+    assert percent(-0.0004) == "0.0 %"
+    assert percent(-0.0006, sign=True) == "-0.1 %"
+
+
 def test_plan(printed: Callable[[object], str]) -> None:
     text = printed(plan_table(ROW))
     _, planned, fresh, interval = line(text, "expected detection time")

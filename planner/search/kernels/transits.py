@@ -12,9 +12,9 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels.closest_approach import Window
 from planner.jit import compiled
+from planner.search.kernels.bearings import bearing, turn_from
 from planner.search.kernels.contacts import PiecesAhead, contacts_on, emptied, no_contacts
 from planner.search.kernels.motion import Course, ParticleMotion, first_meeting
-from planner.search.kernels.rays import bearing, turn_from
 from planner.search.kernels.windows import (
     ENTER,
     LEAVE,

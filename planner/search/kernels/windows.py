@@ -12,6 +12,12 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.detection.kernels.closest_approach import Vector, Window
 from planner.jit import compiled
+from planner.search.kernels.bearings import (
+    both_turns,
+    nearest_and_farthest,
+    rays_along,
+    rays_near,
+)
 from planner.search.kernels.motion import (
     BEGIN,
     END,
@@ -26,12 +32,6 @@ from planner.search.kernels.motion import (
     place_in,
 )
 from planner.search.kernels.passages import padded
-from planner.search.kernels.rays import (
-    both_turns,
-    nearest_and_farthest,
-    rays_along,
-    rays_near,
-)
 
 
 class Departure(NamedTuple):
