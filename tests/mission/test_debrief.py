@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.arrays import Floats
+from planner.detection.evaluation import Evaluation
+from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor
 from planner.flight.track import Track
 from planner.futures.futures import Futures
@@ -55,10 +58,16 @@ def test_nothing_is_left_of_those_that_were_all_seen() -> None:
     assert len(still_unseen(certain, everything, SENSOR, 300.0)) == 0
 
 
+def weighted(weight: Floats) -> Evaluation:
+    """Return an evaluation of so many targets, of whom nobody asks when they are found."""
+    when_s = np.zeros(len(weight))
+    return Evaluation(when_s, weight, when_s, Objective(300.0))
+
+
 def test_pairs_are_held_against_each_other() -> None:
     one, other = np.array([3.0, 5.0, 4.0, 8.0]), np.array([1.0, 2.0, 3.0, 4.0])
-    apart = Apart.of(one, other, np.full(4, 0.25))
+    apart = Apart.of(weighted(np.full(4, 0.25)), one, other)
     error = np.std(one - other, ddof=1) / 2.0
     assert apart == pytest.approx((2.5, 2.5 - 1.96 * error, 2.5 + 1.96 * error), abs=1e-3)
-    assert Apart.of(one, other, np.zeros(4)) == (0.0, 0.0, 0.0)
-    assert np.isinf(Apart.of(one[:1], other[:1], np.ones(1)).high)
+    assert Apart.of(weighted(np.zeros(4)), one, other) == (0.0, 0.0, 0.0)
+    assert np.isinf(Apart.of(weighted(np.ones(1)), one[:1], other[:1]).high)
