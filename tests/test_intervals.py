@@ -100,3 +100,21 @@ def test_an_evaluation_in_traffic_counts_runs() -> None:
     single = Evaluation(seen_at, weight, np.zeros(100), objective, run=np.zeros(100, int))
     assert single.ci95_s == (0.0, 300.0)
     assert single.found_interval == pytest.approx((0.0, 1.0))
+
+
+def test_what_targets_of_a_run_count_for_is_the_same_for_two_that_differ_in_their_means() -> None:
+    """Each target of several has its own mean, and how far these are apart says nothing of runs."""
+    rng, run = np.random.default_rng(2), np.repeat(np.arange(10), 20)
+    seen_at = 100.0 + 20.0 * rng.normal(size=10)[run] + 20.0 * rng.normal(size=200)
+    weight, rows = np.full(400, 1 / 200), np.repeat([0, 1], 200)
+    both = Evaluation(
+        np.concatenate([seen_at, seen_at + 500.0]),
+        weight,
+        np.zeros(400),
+        Objective(1000.0, sought=2),
+        run=np.tile(run, 2),
+        target=rows,
+    )
+    worth = [one._worth_of_draw() for one in (both, *both.each.values())]
+    assert 0.0 < worth[0] < 0.5
+    np.testing.assert_allclose(worth, worth[0])

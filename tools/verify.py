@@ -15,11 +15,11 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).parent))  # however this file is run
 from verify_bound import NEVER, PLANE, Hops, RoadBound
-from verify_files import Array, RefusedError, one_line, shown
+from verify_files import Array, RefusedError, one_line, read_json, shown
 from verify_flight import are_flown, legs_named, legs_on
 from verify_inputs import Claim, Inputs, read_inputs
 from verify_misses import contacts
-from verify_odds import Search, fate
+from verify_odds import Search, fate, unchecked
 from verify_odds import claims as odds_claims
 from verify_sight import Motion, Route, Window, first_in_reach, near_pairs, reward_of, segments
 from verify_uavs import Flight
@@ -259,10 +259,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _odds(folder: Path, particles: Path) -> int:
     """Check the figures of a plan on the particles that it was made on."""
     try:
-        return _told(list(odds_claims(folder, particles)), EXACT)
+        claims = list(odds_claims(folder, particles))
+        given = unchecked(read_json(folder, "plan.json").part("planned"))
     except RefusedError as error:
         print(f"verify.py: {str(folder)!a}: {one_line(error)}", file=sys.stderr)
         return 2
+    if given:
+        print("assumed:", ", ".join(f"{key} {said!r}" for key, said in given.items()))
+    return _told(claims, EXACT)
 
 
 def _told(claims: Sequence[Claim], tolerance: float) -> int:

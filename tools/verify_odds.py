@@ -18,7 +18,7 @@ from verify_files import Array, Fields, RefusedError, read_json
 from verify_inputs import Claim
 
 Spans = list[tuple[float, float]]
-KEYS = ("particle", "weight", "at_end", "target")
+KEYS = ("particle", "weight", "at_end")
 SEVERAL = ("expected_detection_time_s", "found_probability")  # of the first and the last find
 
 
@@ -66,7 +66,7 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
         found["found_by_probability"] = weight @ (1.0 - unseen_by)
     for key, figure in found.items():
         yield _claim(planned, key, float(figure))
-    if sought > 1 and math.isinf(rate_per_s) and "first" in planned:
+    if sought > 1 and "first" in planned and not unchecked(planned):
         moments_s = np.where(unseen > 0.0, math.inf, lasts_s)
         each = [
             (moments_s[mine], weight[mine])
@@ -77,6 +77,12 @@ def claims(folder: Path, particles: Path) -> Iterator[Claim]:
             part = planned.part(name)
             for key, figure in zip(SEVERAL, figures, strict=True):
                 yield _claim(part, key, figure, f"{name}: ")
+
+
+def unchecked(planned: Fields) -> dict[str, Any]:
+    """Return the figures of a plan that are taken as given: of several, where some are missed."""
+    names = ("first", "last") if "rate_per_s" in planned else ()
+    return {name: planned.any(name) for name in names if name in planned}
 
 
 def _claim(part: Fields, key: str, figure: float, of: str = "") -> Claim:
@@ -191,7 +197,8 @@ def _particles(folder: Path) -> list[Particle]:
     names = np.array(knots["particle"])
     time_s, place = np.array(knots["time_s"]), np.array(knots["x_m"]) + 1j * np.array(knots["y_m"])
     found = []
-    for name, weight, end, target in zip(*(said[key] for key in KEYS), strict=True):
+    targets = said.get("target", [0] * len(said["particle"]))  # tables for one do not name it
+    for name, weight, end, target in zip(*(said[key] for key in KEYS), targets, strict=True):
         mine = np.flatnonzero(names == name)
         is_gone = end == "gone"
         found.append(Particle(time_s[mine], place[mine], float(weight), is_gone, int(target)))

@@ -111,7 +111,7 @@ def certified(problem: Problem, plan: Plan, effort: Effort) -> Certificate:
     earliest_s = chased_by_any(problem.futures, problem.flying, problem.sensor)
     most = float(weight @ objective.reward(earliest_s))
     soonest = float(objective.reward(earliest_s).max(initial=0.0))
-    floors = _floors(objective, earned, float(weight @ earned), soonest)
+    floors = _floors(objective, earned, weight, soonest)
     so_far = _SoFar(effort, objective, value, most)
     of_fleet = len(plan.tracks) > 1 or bool(problem.others) or problem.uav.sorties != 1
     if not on_roads and of_fleet:  # there is but what none surpasses
@@ -139,7 +139,7 @@ class _Beforehand(NamedTuple):
     most: float  # by the earliest sightings
 
 
-def _floors(objective: Objective, earned: Floats, mean: float, soonest: float) -> list[Floats]:
+def _floors(objective: Objective, earned: Floats, weight: Floats, soonest: float) -> list[Floats]:
     """Return floors under the prices of a plan, (N,) each, from 0 on.
 
     The higher ones are below what it earns with each particle by so many times as much as it earns
@@ -147,6 +147,8 @@ def _floors(objective: Objective, earned: Floats, mean: float, soonest: float) -
     """
     falls = [np.inf]
     if objective.by_s is None:  # else all sightings earn the same, and none can be left out
+        present = float(weight.sum())  # the mean is of those who are there
+        mean = float(weight @ earned) / present if present > 0.0 else 0.0
         falls += [fall * (soonest - mean) for fall in FALLS]
     return [np.maximum(0.0, earned - fall) for fall in falls]
 

@@ -33,7 +33,9 @@ from planner.bounds.kernels.prices import REMEMBERED, ArrivalColumns, SightingCo
 from planner.bounds.movements import Movements
 from planner.errors import NotApplicableError
 
-MOST_SIGHTINGS = 60_000_000  # of which a table is made: 9 bytes each, and 20 for a moment
+# Of which a table is made: 9 bytes each and, while it is made, 20 more; where the sensor may miss
+# 17 bytes, and some 65 more.
+MOST_SIGHTINGS = 60_000_000
 
 
 def sightings_of(
@@ -53,11 +55,18 @@ def sightings_of(
         If they are too many above each of them.
     """
     hops, seen_before = movements.hops, _seen_before(movements, bins)
-    floor, of_hops = _listed_above(movements, bins, seen_before, floors)
-    found = _joined(of_hops, hops.legs)
+    floor, found = _found_above(movements, bins, seen_before, floors)
     known, odds = _after_legs(movements, bins, arrivals, found, seen_before)
     columns = SightingColumns(found.first, found.particle, found.reward, known, odds)
     return floor, by_bin(columns, len(hops))
+
+
+def _found_above(
+    movements: Movements, bins: Bins, seen_before: list[Flags], floors: Sequence[Floats]
+) -> tuple[Floats, "_ByHop"]:
+    """Return the floor that is taken, and the sightings above it; those by hop are let go."""
+    floor, of_hops = _listed_above(movements, bins, seen_before, floors)
+    return floor, _joined(of_hops, movements.hops.legs)
 
 
 def _after_legs(

@@ -238,7 +238,10 @@ class Evaluation(Frozen):
         By the detection times, whose interval says how much targets of a run have in common; a
         share near 0 or 1 says nothing of that by itself.
         """
-        together, alone = self.half_width(self.time_s), half_width(self.time_s, self.weight)
+        together = self.half_width(self.time_s)
+        alone = math.hypot(
+            *(half_width(self.time_s[rows], self.weight[rows]) for rows in self.rows_of_each)
+        )
         if not np.isfinite(together):
             return 0.0
         return min(1.0, (alone / together) ** 2) if together > 0.0 else 1.0

@@ -1,5 +1,6 @@
 """Bounds for sensors that may miss: longest contacts, prefixes, enumerations and random plans."""
 
+import gc
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -9,12 +10,14 @@ import pytest
 
 from planner.arrays import Floats
 from planner.bounds.branch_and_bound import Search
-from planner.bounds.certificate import Effort, certified, proven_bound
+from planner.bounds.certificate import FALLS, Effort, _floors, certified, proven_bound
 from planner.bounds.fleet_prices import FleetTable, fitting_bin_s
 from planner.bounds.flights import Flights
 from planner.bounds.kernels.hops import Bins, blank, listed, sweep
+from planner.bounds.kernels.prices import SightingColumns, by_bin
 from planner.bounds.movements import Movements
 from planner.bounds.particle_prices import Table, table_of
+from planner.bounds.sighting_table import _OfHop
 from planner.detection.evaluate import evaluate
 from planner.detection.objective import Objective
 from planner.detection.sensor import Sensor, rate_of
@@ -234,6 +237,31 @@ def test_where_a_whole_table_is_too_large_the_best_of_all_orders_is_within_the_b
     assert certificate.rate_per_s == problem.sensor.rate_per_s
     assert 0.8 * least_s <= certificate.bound <= least_s + 1e-6
     assert proven_bound(problem, certificate) == pytest.approx(certificate.bound)
+
+
+@pytest.mark.parametrize("present", [1.0, 0.5])
+def test_floors_are_below_what_a_plan_earns_with_those_who_are_there(present: float) -> None:
+    earned = np.array([300.0, 200.0, 350.0, 350.0])
+    none, *higher = _floors(Objective(400.0), earned, np.full(4, present / 4), 350.0)
+    assert not none.any()
+    for fall, floor in zip(FALLS, higher, strict=True):
+        np.testing.assert_allclose(floor, earned - fall * 50.0)
+
+
+@pytest.mark.parametrize("detects", [0.7, 1.0])
+def test_sightings_by_hop_are_let_go_before_they_are_sorted(
+    detects: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alive = list[bool]()
+
+    def watched(columns: SightingColumns, hops: int) -> SightingColumns:
+        alive.append(any(type(one) is _OfHop for one in gc.get_objects()))
+        return by_bin(columns, hops)
+
+    monkeypatch.setattr("planner.bounds.sighting_table.by_bin", watched)
+    movements = Movements(on_figure3(detects))
+    table_of(movements, movements.fitting_bin_s)
+    assert alive == [False]
 
 
 def test_where_its_own_table_is_too_large_the_bound_is_that_of_a_perfect_sensor(

@@ -8,6 +8,7 @@ from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 
+import pyarrow.parquet
 import pytest
 
 from planner.cli import main
@@ -188,6 +189,35 @@ def test_live_goes_on_until_all_targets_are_found(
         "found: blue",
         "found: target 1",
     ]
+
+
+def test_the_checker_says_what_of_several_it_takes_as_given_where_some_are_missed(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["futures", str(run / RECORD), "-o", str(tmp_path / "futures")]) == 0
+    content = json.loads((run / "plan.json").read_text())
+    content["planned"]["rate_per_s"] = 0.1
+    (tmp_path / "plan.json").write_text(json.dumps(content))
+    shutil.copy(run / RECORD, tmp_path)
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    check = import_module("verify").main
+    capsys.readouterr()
+    check([str(tmp_path), "--futures", str(tmp_path / "futures")])
+    said = capsys.readouterr().out.splitlines()
+    assert [line for line in said if line.startswith("assumed: first {")]
+    assert not [line for line in said if line.startswith(("first: ", "last: "))]
+
+
+def test_the_checker_reads_particles_that_name_no_target(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["futures", str(run / RECORD), "-o", str(tmp_path)]) == 0
+    table = pyarrow.parquet.read_table(tmp_path / "particles.parquet")
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "tools"), *sys.path])
+    read = import_module("verify_odds")._particles
+    assert {one.target for one in read(tmp_path)} == {0, 1}
+    pyarrow.parquet.write_table(table.drop_columns("target"), tmp_path / "particles.parquet")
+    assert {one.target for one in read(tmp_path)} == {0}
 
 
 def test_the_checker_finds_when_any_and_all_are_found(
