@@ -28,7 +28,6 @@ from planner.search.beam import (
 from planner.search.cell_beam import free_plans
 from planner.search.dashes import portfolio
 from planner.search.exact import best_order
-from planner.search.kernels.beam import FORGOTTEN
 from planner.search.latency import is_latency, with_less_waiting
 from planner.search.lns import polished
 from planner.search.patrol import most_with_patrol, with_patrol
@@ -57,23 +56,43 @@ ROADS, POLISH_FREE = 0.1, 0.8
 
 
 class Division(NamedTuple):
-    """How the work is divided where a sensor may miss.
+    """How the work is divided where a sensor may miss, between plans as if perfect and others.
 
     A plan as if it were perfect takes a tenth of the time per unit of work.
     """
 
-    blind: float  # share of the work for that plan
+    blind: float  # share of the work for plans as if perfect
     own: float  # for plans for the sensor there is
-    by_exposure: bool  # whether ``own`` is per exposure of a pass: a unit takes longer if it misses
+    by_exposure: bool  # whether ``own`` is per exposure of a pass
     first_width: int  # of the first beam, which only teaches the next what comes later
-    growth: tuple[float, float]  # of the next one's width: no less, and no more, is worth the work
+    least_growth: float  # of the next one's width: no less is worth the work
+    most_growth: float  # and no more
+
+    def own_work(self, work: int, detects: float) -> int:
+        """Return how much of the work goes into plans for a sensor, by what a pass detects."""
+        share = self.own
+        if self.by_exposure:  # the less a pass sees, the longer a unit takes
+            share *= -math.log(1.0 - min(max(detects, LEAST), MOST))
+        return max(1, int(share * work))
 
 
-# Tuned on grid5x5 alone, from 60, 120 and 300 km: in at most three times the time of the perfect
-# plan. Wider beams are worth more there than a plan as if perfect by all the work there is.
-ALONG_ROADS = Division(0.25, 0.24, by_exposure=True, first_width=4, growth=(2.0, 20.0))
-ELSEWHERE = Division(1.0, 0.2, by_exposure=False, first_width=3, growth=(8.0, 8.0))
+# What passes detect of which the share of the work depends: below, plans as if perfect, with less
+# work than they would like, were left alone; above, nothing but work was spent.
+LEAST, MOST = 0.5, 0.97
+# Tuned on grid5x5 alone, at detects .5, .7 and .9 from 60, 120 and 300 km: in at most three times
+# the time of the perfect plan. Wider beams are worth more there than a plan as if perfect by all
+# the work there is.
+ALONG_ROADS = Division(0.25, 0.24, True, first_width=4, least_growth=2.0, most_growth=20.0)
+# In dense nets, and wherever the movement is free.
+ELSEWHERE = Division(1.0, 0.2, False, first_width=3, least_growth=8.0, most_growth=8.0)
 WITHIN = 0.95  # of the work that is left a beam is to take: cut short, it is worth nothing
+
+
+class ForMisses(NamedTuple):
+    """What plans for a sensor that may miss start from."""
+
+    division: Division
+    known: Plan | None  # a plan to be better than
 
 
 def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> SearchResult:
@@ -90,16 +109,13 @@ def best(problem: Problem, *, budget: Budget, rng: np.random.Generator) -> Searc
     if problem.sensor.is_perfect:
         return _best(problem, budget, rng)
     division = _division(problem, budget)
-    share = division.own
-    if division.by_exposure:
-        detects = problem.sensor.detects(problem.uav.speed_mps)
-        share *= -math.log(max(1.0 - detects, FORGOTTEN))
     work = max(1, int(division.blind * budget.work))
     part = replace(budget.part(work), free=budget.free)
     blind = _best(problem.replace(sensor=problem.sensor.without_misses), part, rng)
     done = blind.work or 0
-    part = replace(budget.part(int(share * budget.work), after=done), free=budget.free)
-    own = _best(problem, part, rng, blind.plan)
+    work = division.own_work(budget.work, problem.sensor.detects(problem.uav.speed_mps))
+    part = replace(budget.part(work, after=done), free=budget.free)
+    own = _best(problem, part, rng, ForMisses(division, blind.plan))
     chosen = max((own, blind), key=lambda found: holdout_value(problem, found.plan))
     trace = tuple(TracePoint(done + point.work, point.value) for point in own.trace)
     return SearchResult(chosen.plan, done + (own.work or 0), blind.stopped or own.stopped, trace)
@@ -110,14 +126,15 @@ def _division(problem: Problem, budget: Budget) -> Division:
 
 
 def _best(
-    problem: Problem, budget: Budget, rng: np.random.Generator, known: Plan | None = None
+    problem: Problem, budget: Budget, rng: np.random.Generator, misses: ForMisses | None = None
 ) -> SearchResult:
-    """Return the best plan found for a sensor, over roads or free; another one may be known."""
+    """Return the best plan found for a sensor, over roads or free; ``misses`` if it may miss."""
     if not budget.free:
-        return _best_over_roads(problem, budget, rng, known)
+        return _best_over_roads(problem, budget, rng, misses)
     needs_open_country(problem, "free movement")
     work = int(ROADS * budget.work)
-    roads = _best_over_roads(problem, budget.part(work), rng)
+    anew = misses and misses._replace(known=None)  # what is known may have left the roads
+    roads = _best_over_roads(problem, budget.part(work), rng, anew)
     log = SearchLog(problem, budget)
     polish = int(POLISH_FREE * budget.work) if problem.network.is_abstract else 0
     flights, done = portfolio(problem, budget.work - work - polish, stop=log.stop)
@@ -151,12 +168,12 @@ def searched_on(problem: Problem) -> Problem:
 
 
 def _best_over_roads(
-    problem: Problem, budget: Budget, rng: np.random.Generator, known: Plan | None = None
+    problem: Problem, budget: Budget, rng: np.random.Generator, misses: ForMisses | None = None
 ) -> SearchResult:
     """Return the plan that does best on the holdout of those that the budget's work buys."""
     engine, log = WhatIf(problem), SearchLog(problem, budget)
     chosen, value, done = None, -np.inf, 0
-    for order, work in _road_orders(engine, budget, rng, log, known):
+    for order, work in _road_orders(engine, budget, rng, log, misses):
         done += work
         if most_with_patrol(problem, order) > value + ROUNDING * problem.objective.most:
             legs = with_patrol(problem, order, engine=engine)
@@ -176,13 +193,12 @@ def _road_orders(
     budget: Budget,
     rng: np.random.Generator,
     log: SearchLog,
-    known: Plan | None,
+    misses: ForMisses | None,
 ) -> Iterator[tuple[Sequence[int], int]]:
     """Yield orders of legs, each with the work that it took, until nothing new can be tried."""
-    if engine.problem.sensor.is_perfect:
+    if misses is None:
         return _orders(engine, budget, rng, log)
-    known_legs = [flown.leg for flown in known.legs[0]] if known is not None else []
-    return _orders_for_misses(engine, budget, known_legs, log)
+    return _orders_for_misses(engine, budget, misses, log)
 
 
 def _orders(
@@ -220,16 +236,17 @@ def _orders(
 
 
 def _orders_for_misses(
-    engine: WhatIf, budget: Budget, known: Sequence[int], log: SearchLog
+    engine: WhatIf, budget: Budget, misses: ForMisses, log: SearchLog
 ) -> Iterator[tuple[Sequence[int], int]]:
     """Yield orders for a sensor that may miss, by beams that get wider as long as the work lasts.
 
     Nobody drops out of these beams for having been seen once, so they end with the horizon alone.
     """
     problem, left, before = engine.problem, budget.work, 0
-    _, _, _, first_width, (least, most) = _division(problem, budget)
-    width = first_width
-    order: Sequence[int] = known or rate_order(engine)
+    division, known = misses
+    width = division.first_width
+    legs = [flown.leg for flown in known.legs[0]] if known is not None else []
+    order: Sequence[int] = legs or rate_order(engine)
     yield order, 0
     while not log.stop():
         spent = 0
@@ -237,12 +254,12 @@ def _orders_for_misses(
             reward_to_go = RewardToGo.of(problem, order)
             order, work = beam_order(engine, beam, reward_to_go, stop=log.stop, most=left - spent)
             spent += work
-            if width > first_width:
+            if width > division.first_width:
                 yield order, work
         left -= spent
-        growth = min(most, WITHIN * left / max(1, spent))
+        growth = min(division.most_growth, WITHIN * left / max(1, spent))
         # A wider beam that flies no more than the one before has little left to try.
-        if growth < least or spent <= before:
+        if growth < division.least_growth or spent <= before:
             break
         width = int(growth * width)
         before = spent

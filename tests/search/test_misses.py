@@ -1,6 +1,7 @@
 """Planning with a sensor that misses, and beside flights of others that are decided."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from planner.flight.uav import Uav
 from planner.futures.futures import Futures
 from planner.search import best as search_best
 from planner.search.beam import Beam, RewardToGo, beam_order
-from planner.search.best import best
+from planner.search.best import ALONG_ROADS, ELSEWHERE, Division, best
 from planner.search.cell_flights import CellBeam, Cells, fly_beam
 from planner.search.patrol import after_legs
 from planner.search.plan import plan_of_legs, plan_of_waypoints
@@ -190,20 +191,82 @@ def test_between_two_places_the_likelier_look_per_second_comes_first() -> None:
     assert best_s == pytest.approx(rule_s, abs=1.0)
 
 
-@pytest.mark.parametrize(("detects", "share"), [(0.9, 0.5526), (0.5, 0.1664), (0.9999, 0.8416)])
-def test_the_more_a_pass_sees_the_more_work_goes_into_plans_for_it(
-    detects: float, share: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    problem = missing(grid_problem(grid_futures(50, np.random.default_rng(2))), detects)
+DETECTS = (0.05, 0.3, 0.5, 0.7, 0.9, 0.9999)
+
+
+def parts_of_best(detects: float, budget: Budget, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return the work that plans as if perfect get, and those for the sensor that there is."""
+    problem = missing(grid_problem(grid_futures(20, np.random.default_rng(2))), detects)
     whole, given = search_best._best, list[int]()
 
     def noted(problem: Problem, budget: Budget, *rest: Any) -> Any:
         given.append(budget.work)
-        return whole(problem, replace(budget, work=1), *rest)
+        return whole(problem, replace(budget, work=1, free=False), *rest)
 
-    monkeypatch.setattr(search_best, "_best", noted)
-    best(problem, budget=Budget(work=10_000), rng=np.random.default_rng(1))
-    assert given == [2500, pytest.approx(10_000 * share, abs=2)]
+    with monkeypatch.context() as patched:
+        patched.setattr(search_best, "_best", noted)
+        best(problem, budget=budget, rng=np.random.default_rng(1))
+    return given
+
+
+def test_the_more_a_pass_sees_the_more_work_goes_into_plans_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    parts = [parts_of_best(detects, Budget(work=10_000), monkeypatch) for detects in DETECTS]
+    blind, own = zip(*parts, strict=True)
+    assert len(set(blind)) == 1
+    assert 0 < blind[0] < 10_000
+    assert list(own) == sorted(own)
+    assert 1500 < own[0] == own[2] < own[3] < own[4] < own[5] < 10_000
+
+
+@pytest.mark.parametrize("free", [True, False])
+def test_off_the_roads_and_in_dense_nets_a_fifth_goes_into_plans_for_misses(
+    free: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not free:
+        monkeypatch.setattr(search_best, "is_small", lambda _: False)
+    for detects in DETECTS[::2]:
+        budget = Budget(work=10_000, free=free)
+        assert parts_of_best(detects, budget, monkeypatch) == [10_000, 2000]
+
+
+@pytest.mark.parametrize("detects", [0.05, 0.9])
+@pytest.mark.parametrize("free", [True, False])
+def test_the_least_work_is_enough_for_a_plan(
+    free: bool, detects: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert parts_of_best(detects, Budget(work=1, free=free), monkeypatch) == [1, 1]
+
+
+@pytest.mark.parametrize(("free", "division"), [(True, ELSEWHERE), (False, ALONG_ROADS)])
+def test_the_beams_for_misses_are_as_wide_as_the_movement_asks(
+    free: bool, division: Division, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And take no more work than there is for them."""
+    problem = missing(grid_problem(grid_futures(20, np.random.default_rng(2))), 0.7)
+    widths, most, done = list[int](), list[float](), list[int]()
+
+    def noted(engine: WhatIf, beam: Beam, *rest: Any, **more: Any) -> Any:
+        order, work = beam_order(engine, beam, *rest, **more)
+        if not engine.problem.sensor.is_perfect:
+            widths.append(beam.width)
+            most.append(more["most"])
+            done.append(work)
+        return order, work
+
+    monkeypatch.setattr(search_best, "beam_order", noted)
+    monkeypatch.setattr(search_best, "portfolio", lambda *_, **__: ([], 0))  # of free flights
+    monkeypatch.setattr(search_best, "_polished", lambda _, found, *__: found)
+    work = 400_000 if free else 20_000
+    best(problem, budget=Budget(work=work, free=free), rng=np.random.default_rng(1))
+    assert widths[0] == division.first_width
+    assert len(widths) > 1
+    for before, after in pairwise(widths):
+        growth = (after + 1) / before
+        assert division.least_growth <= growth
+        assert after / before <= division.most_growth
+    assert sum(done) <= most[0] < work
 
 
 def test_best_is_never_worse_on_its_holdout_than_as_if_perfect() -> None:
