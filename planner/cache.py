@@ -29,7 +29,10 @@ DIGESTS, RUNNING = "digests", "running"
 LARGEST_GB = 5.0
 FRESH_S = 60.0  # an entry's last use is noted no more often
 
-_taken: dict[Path, float] = {}  # bytes of a cache when we last looked, and what we added since
+UNSEEN = 0.05  # of the limit: so much we add before we look at what others have added meanwhile
+
+# Bytes of a cache when this process last looked, and what it has added since.
+_looked: dict[Path, tuple[float, float]] = {}
 
 
 def cache_folder(*parts: str) -> Path:
@@ -115,8 +118,9 @@ def _size_within(folder: str | Path) -> int:
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             with suppress(OSError):  # another command may have removed it meanwhile
-                inside = entry.is_dir()
-                total += _size_within(entry.path) if inside else entry.stat().st_size
+                inside = entry.is_dir(follow_symlinks=False)
+                own = entry.stat(follow_symlinks=False).st_size
+                total += _size_within(entry.path) if inside else own
     return total
 
 
@@ -137,10 +141,11 @@ def clear() -> int:
 def _make_room(newest: Path) -> None:
     most, root = limit_bytes(), cache_folder()
     # To look at all that is there takes long in a cache of many files.
-    total = _taken.get(root, math.inf) + size(newest)
-    if total > most:
-        total = _with_room(newest, sum(sizes().values()), most)
-    _taken[root] = total
+    total, added = _looked.get(root, (math.inf, 0.0))
+    added += size(newest)
+    if total + added > most or added > UNSEEN * most:
+        total, added = _with_room(newest, sum(sizes().values()), most), 0.0
+    _looked[root] = total, added
 
 
 def _with_room(newest: Path, total: float, most: float) -> float:

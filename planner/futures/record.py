@@ -138,10 +138,12 @@ def record_into(
 def record_in_turn(wanted: Sequence[Wanted], network: RoadNetwork, how: How) -> Iterator[Futures]:
     """Yield the futures of several sets of particles in their order, each once it is complete.
 
-    Meanwhile processes go on with those that follow: none waits for the last ride of a set.
+    Meanwhile processes go on with those that follow: none waits for the last ride of a set, and
+    nothing is yielded before they have begun. What they drive until the next set is asked for is
+    kept then, and lost if the program is stopped before.
     """
     sessions = sum(len(np.unique(one.kept.missing // SESSION)) for one in wanted)
-    sets = [_Set(one, network, how, sessions) for one in wanted]
+    sets = [_Underway(one, network, how, sessions) for one in wanted]
     asked = [(one, batch) for one in sets for batch in one.batches]
     following = deque(sets)
     for task, answer in _answers([batch.task for _, batch in asked], sets, network, how):
@@ -157,7 +159,7 @@ def record_in_turn(wanted: Sequence[Wanted], network: RoadNetwork, how: How) -> 
 
 def _answers(
     tasks: Sequence[Run | Session | TrafficSession],
-    sets: Sequence["_Set"],
+    sets: Sequence["_Underway"],
     network: RoadNetwork,
     how: How,
 ) -> Iterator[tuple[int, Any]]:
@@ -176,7 +178,7 @@ def _answers(
     yield from how.backend.answers(drive, tasks, workers=workers, files=files)
 
 
-class _Set:
+class _Underway:
     """Particles of one use, on their way to become futures."""
 
     def __init__(self, wanted: Wanted, network: RoadNetwork, how: How, sessions: int) -> None:

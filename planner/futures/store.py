@@ -86,7 +86,7 @@ class Recording:
         )
 
 
-class Order(NamedTuple):
+class Request(NamedTuple):
     """What is to be recorded."""
 
     recipe: Recipe
@@ -104,17 +104,17 @@ def recorded(
     Parameters
     ----------
     scenario
-        As `Order` has it.
+        As `Request` has it.
     how
         Its progress is called before the first particle is driven as well; neither that nor its
         note is called if the cache has all.
     """
-    (found,) = recorded_in_turn(network, [Order(recipe, scenario)], how)
+    (found,) = recorded_in_turn(network, [Request(recipe, scenario)], how)
     return found
 
 
 def recorded_in_turn(
-    network: RoadNetwork, orders: Sequence[Order], how: How = NO_MATTER
+    network: RoadNetwork, requests: Sequence[Request], how: How = NO_MATTER
 ) -> Iterator[Recording]:
     """Yield several recordings in their order, each as soon as it is in the cache.
 
@@ -122,11 +122,13 @@ def recorded_in_turn(
 
     Parameters
     ----------
+    requests
+        No two of them the same.
     how
         As `recorded` takes it, of all of them together.
     """
     with ExitStack() as locks:
-        sets = [_there_or_new(network, order, how, locks) for order in orders]
+        sets = [_there_or_new(network, request, how, locks) for request in requests]
         new = [one.wanted for one in sets if isinstance(one, _New)]
         driven = _driven(new, network, how)
         for one in sets:
@@ -141,6 +143,7 @@ class _New:
     folder: Path
     unfinished: Path
     described: Mapping[str, str]
+    lock: ExitStack  # that keeps other commands from making it too
 
     def written(self, futures: Futures, network: RoadNetwork) -> Recording:
         """Return it, once it is in the cache."""
@@ -148,28 +151,32 @@ class _New:
             write_recording(new, futures, self.wanted.particles, network, self.described)
         seal(self.folder)
         shutil.rmtree(self.unfinished, ignore_errors=True)
+        self.lock.close()
         return _read_kept(self.folder / KNOTS, network)
 
 
 def _there_or_new(
-    network: RoadNetwork, order: Order, how: How, locks: ExitStack
+    network: RoadNetwork, request: Request, how: How, locks: ExitStack
 ) -> Recording | _New:
     """Return a recording that is in the cache, or one that is ours to make, locked."""
-    recipe = order.recipe
-    described = describe(network, order.scenario, tolerance_of(network, how.tolerance_m))
+    recipe = request.recipe
+    described = describe(network, request.scenario, tolerance_of(network, how.tolerance_m))
     folder = cache_folder("futures") / recording_name(recipe, network, described)
     unfinished = cache_folder("unfinished") / folder.name
     there = _there(folder, network)
     if there is not None and not unfinished.exists():
         return there
     particles = recipe.particles(network)
-    locks.enter_context(held(unfinished))
-    there = _there(folder, network)  # another command may have recorded the same meanwhile
-    if there is not None:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        return there
-    kept = Kept(len(particles), unfinished, _begun(folder, recipe, particles, network))
-    return _New(Wanted(kept, particles, recipe.horizon_s), folder, unfinished, described)
+    with ExitStack() as lock:
+        lock.enter_context(held(unfinished))
+        there = _there(folder, network)  # another command may have recorded the same meanwhile
+        if there is not None:
+            shutil.rmtree(unfinished, ignore_errors=True)
+            return there
+        kept = Kept(len(particles), unfinished, _begun(folder, recipe, particles, network))
+        wanted = Wanted(kept, particles, recipe.horizon_s)
+        ours = locks.enter_context(lock.pop_all())
+    return _New(wanted, folder, unfinished, described, ours)
 
 
 def _there(folder: Path, network: RoadNetwork) -> Recording | None:

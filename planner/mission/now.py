@@ -179,12 +179,11 @@ class _Planning:
             wait_s = (self._how.elapsed_s() - begun_s) * rung.targets / rides
             found = self._searched(rung, sites, planning, holdout, wait_s)
             fresh = next(sets)
-            now_s = self._how.elapsed_s()
-        while now_s > found.take_off_s:
-            found = self._searched(rung, sites, planning, holdout)
-            now_s = found.there_s
-        take_off_s = found.take_off_s
         trials = [attempt.met(fresh.futures) for attempt in found.attempts]
+        while (now_s := self._how.elapsed_s()) > found.take_off_s:
+            found = self._searched(rung, sites, planning, holdout)
+            trials = [attempt.met(fresh.futures) for attempt in found.attempts]
+        take_off_s = found.take_off_s
         judges = fresh.futures if holdout is None else holdout
         trial = trials[0]
         for other in trials[1:]:
@@ -217,7 +216,7 @@ class _Planning:
         planning: Recording,
         holdout: Futures | None,
         wait_s: float = 0.0,
-    ) -> "_Searched":
+    ) -> _Searched:
         """Return what is found for each place.
 
         Parameters

@@ -19,7 +19,7 @@ from planner.errors import InputError
 from planner.futures.futures import Futures
 from planner.futures.pooled import pooled
 from planner.futures.record import How, Note
-from planner.futures.store import Order, Recording, recorded, recorded_in_turn
+from planner.futures.store import Recording, Request, recorded, recorded_in_turn
 from planner.futures.workers import HERE, Backend
 from planner.mission.news import given
 from planner.mission.opening import OpenScenario
@@ -121,8 +121,8 @@ class Recorder:
         if holdout:
             sets.insert(1, self._to_choose_on())
         recipes = [self._recipe(one) for one in sets]
-        orders = [Order(recipe, self._described(recipe)) for recipe in recipes]
-        found = recorded_in_turn(self.opened.network, orders, self._how())
+        requests = [Request(recipe, self._described(recipe)) for recipe in recipes]
+        found = recorded_in_turn(self.opened.network, requests, self._how())
         for one, first in zip(sets, found, strict=True):
             yield self._enough(one, first=first)
 
