@@ -76,8 +76,8 @@ class Division(NamedTuple):
         return max(1, int(share * work))
 
 
-# What passes detect of which the share of the work depends: below, plans as if perfect, with less
-# work than they would like, were left alone; above, nothing but work was spent.
+# What passes detect on which the share of the work depends: beyond, it is as at these ends. At .3
+# and .1, from 120 km, E is within .2 % of that behind a full plan as if perfect, in .7 of the time.
 LEAST, MOST = 0.5, 0.97
 # Tuned on grid5x5 alone, at detects .5, .7 and .9 from 60, 120 and 300 km: in at most three times
 # the time of the perfect plan. Wider beams are worth more there than a plan as if perfect by all

@@ -49,7 +49,7 @@ def reward(problem: Problem, order: list[int]) -> float:
 def test_what_is_unseen_fits_into_bits(particles: int) -> None:
     miss = (np.random.default_rng(particles).random(particles) < 0.5).astype(float)
     mask, again = np.full((particles + 7) // 8, 255, np.uint8), np.full(particles, np.nan)
-    pack(miss, mask)
+    pack(miss, mask, 0.0)
     np.testing.assert_array_equal(mask, np.packbits(miss > 0.0, bitorder="little"))
     unpack(mask, again)
     np.testing.assert_array_equal(again, miss)

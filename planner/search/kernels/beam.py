@@ -24,8 +24,8 @@ END, REWARD, UNSEEN, PROMISE = 0, 1, 2, 3  # UNSEEN: weight of the particles not
 KNOWN, SLOTS, BEST, FLIGHTS = 0, 1, 2, 3  # states known, slots used, the best state, flights made
 
 LEVELS = 65_535  # of a probability in two bytes
-# Who is unseen with less than that is not looked for any more: a third of the time saved, and plans
-# as good as with a thousandth, on grid5x5 at detects .5 to .9.
+# Along roads, who is unseen with less than that is not looked for any more: a third of the time
+# saved, and plans as good as with a thousandth, on grid5x5 at detects .5 to .9.
 FORGOTTEN = 0.03
 SAME = 1e-9  # states at the same node that differ less in time and reward are one
 
@@ -173,11 +173,14 @@ def with_a_free_slot(masks: Ints, used: int) -> Ints:
 
 
 @compiled
-def pack(miss: Floats, mask: Ints) -> None:
-    """Write which particles are unseen, ``miss`` (N,), into bits, or into two bytes each."""
+def pack(miss: Floats, mask: Ints, forgotten: float) -> None:
+    """Write which particles are unseen, ``miss`` (N,), into bits, or into two bytes each.
+
+    In two bytes who is unseen with less than ``forgotten`` counts as seen.
+    """
     if len(mask) == 2 * len(miss):
         for k in range(len(miss)):
-            share = int(LEVELS * miss[k] + 0.5) if miss[k] >= FORGOTTEN else 0
+            share = int(LEVELS * miss[k] + 0.5) if miss[k] >= forgotten else 0
             mask[2 * k], mask[2 * k + 1] = share & 255, share >> 8
         return
     whole = len(miss) // 8
@@ -301,7 +304,7 @@ def grow(
         miss_after(i, now, flown, setting, miss)
         masks = with_a_free_slot(masks, counts[SLOTS])
         links[SLOT, i] = counts[SLOTS]
-        pack(miss, masks[counts[SLOTS]])
+        pack(miss, masks[counts[SLOTS]], FORGOTTEN)
         counts[SLOTS] += 1
         onward = Rows(first_way[node], first_way[node + 1])
         departure, candidates, transits = set_out(now_s, links[LEG, i], onward, setting)

@@ -27,6 +27,7 @@ FIGURES = 6
 KNOWN, SLOTS, BEST, RAYS = 0, 1, 2, 3  # states known, slots used, the best state, rays flown
 
 SAME = 1e-9  # of a reward: less is none
+FORGOTTEN = 1e-3  # who is unseen with less than that is not looked for any more
 
 
 class CellStates(NamedTuple):
@@ -100,7 +101,7 @@ def pack_unseen(looked: Looked, mask: Ints) -> None:
     """Write into bits, (ceil(N / 8),) bytes, who is not ``SEEN``, (N,); or who is how unseen."""
     seen_in = looked.seen_in
     if len(looked.miss) > 0:
-        pack(looked.miss, mask)
+        pack(looked.miss, mask, FORGOTTEN)
         return
     for b in range(len(mask)):
         bits = 0
