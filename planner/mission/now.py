@@ -180,9 +180,11 @@ class _Planning:
             found = self._searched(rung, sites, planning, holdout, wait_s)
             fresh = next(sets)
         trials = [attempt.met(fresh.futures) for attempt in found.attempts]
-        while (now_s := self._how.elapsed_s()) > found.take_off_s:
+        now_s = self._how.elapsed_s()
+        while now_s > found.take_off_s:
             found = self._searched(rung, sites, planning, holdout)
             trials = [attempt.met(fresh.futures) for attempt in found.attempts]
+            now_s = found.there_s
         take_off_s = found.take_off_s
         judges = fresh.futures if holdout is None else holdout
         trial = trials[0]

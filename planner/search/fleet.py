@@ -24,6 +24,7 @@ from planner.search.methods import Planner
 from planner.search.patrol import with_patrol
 from planner.search.plan import plan_of_legs
 from planner.search.problem import Budget, Problem
+from planner.search.rate import rate
 from planner.search.result import SearchLog, SearchResult
 
 # Tuned on grid5x5 alone, from 60, 120 and 300 km, with two to four UAVs.
@@ -104,13 +105,21 @@ class _Search:
         self._problems, self._planner, self._rng = problems, planner, rng
         self._budget, self.log = budget, SearchLog(problems[0], budget)
         self._done, self._best, self._value = 0, Flights(), -np.inf
+        self._method = ""
 
     def allocate(self) -> None:
         """Plan one flight after the other."""
-        self._choose(self._allocated())
+        self._choose(self._allocated(self._planner))
+        self._method = self._best[0].plan.method
 
     def improve(self) -> None:
-        """Plan all flights at once where that can be, and every flight of the best plan again."""
+        """Plan all flights at once where that can be, and every flight of the best plan again.
+
+        Where they may miss, a fleet that a one-pass method allocates may be a better beginning:
+        beams along roads reckon with misses in part only.
+        """
+        if not self._problems[0].sensor.is_perfect and is_small(self._problems[0]):
+            self._choose(self._allocated(rate))
         for beam in JOINT if self._can_fly_together() else ():
             if self.log.stop():
                 return
@@ -128,7 +137,7 @@ class _Search:
         """Return the best plan."""
         flights = sorted(self._best, key=lambda one: one.sortie)
         plan = Plan(
-            method=flights[0].plan.method,
+            method=self._method,
             tracks=tuple(one.track for one in flights),
             legs=tuple(one.plan.legs[0] for one in flights),
             sorties=tuple(one.sortie for one in flights),
@@ -144,7 +153,7 @@ class _Search:
         evaluation = evaluate_all(searched, holdout, problem.objective)
         return float(holdout.weight @ evaluation.reward)
 
-    def _allocated(self) -> Flights:
+    def _allocated(self, planner: Planner) -> Flights:
         """Return flights planned one by one, as they take off, each beside those before it."""
         ends_s = self._problems[0].objective.ends_s
         waiting = [
@@ -157,7 +166,9 @@ class _Search:
             waiting.remove((take_off_s, sortie))
             if take_off_s >= ends_s and flights:
                 continue
-            planned = self._apart(self._planned(sortie, take_off_s, flights, FIRST), flights)
+            planned = self._apart(
+                self._planned(planner, sortie, take_off_s, flights, FIRST), flights
+            )
             flights += (planned,)
             uav = self._problems[sortie.uav].uav
             if sortie.number + 1 < uav.sorties:
@@ -165,7 +176,9 @@ class _Search:
                 waiting.append((again_s, Sortie(sortie.uav, sortie.number + 1)))
         return flights
 
-    def _planned(self, sortie: Sortie, take_off_s: float, others: Flights, share: float) -> Flight:
+    def _planned(
+        self, planner: Planner, sortie: Sortie, take_off_s: float, others: Flights, share: float
+    ) -> Flight:
         """Return a flight beside others; it lands before the same UAV takes off once more."""
         uav = self._uav(sortie, take_off_s, others)
         flown = tuple(one.searched for one in others)
@@ -173,7 +186,7 @@ class _Search:
         flights = sum(one.uav.sorties for one in self._problems)
         work = max(1, int(share * self._budget.work / flights))
         part = self._budget.part(work, after=self._done)
-        found = self._planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
+        found = planner(problem, budget=replace(part, free=self._budget.free), rng=self._rng)
         self._done += found.work or 0
         return Flight(sortie, problem, found.plan)
 
@@ -213,7 +226,8 @@ class _Search:
                 if self.log.stop():
                     return flights
                 others = tuple(one for one in flights if one is not flight)
-                again = self._planned(flight.sortie, flight.plan.take_off_s, others, AGAIN)
+                leaves_s = flight.plan.take_off_s
+                again = self._planned(self._planner, flight.sortie, leaves_s, others, AGAIN)
                 if self._apart(again, others) is not again:
                     continue  # it would have to wait
                 tried = tuple(again if one is flight else one for one in flights)

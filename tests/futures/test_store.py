@@ -22,7 +22,7 @@ from planner.futures import recording_name, store
 from planner.futures.record import How, record
 from planner.futures.recording_name import made_by
 from planner.futures.store import (
-    Order,
+    Request,
     describe,
     read_recording,
     recorded,
@@ -126,11 +126,11 @@ def test_sumo_runs_once_per_belief(empty_cache: Path, monkeypatch: pytest.Monkey
 def test_several_recordings_are_those_made_one_by_one(empty_cache: Path) -> None:
     network, rng = grid5x5(), np.random.default_rng(2)
     some = [walkers(network, many, rng, start="r0c0-r0c1", roads=2) for many in (3, 2, 4)]
-    orders = [Order(Given(one, 900.0), {"of": len(one)}) for one in some]
-    (alone,) = recorded_in_turn(network, orders[1:2], ALONE)
+    requests = [Request(Given(one, 900.0), {"of": len(one)}) for one in some]
+    (alone,) = recorded_in_turn(network, requests[1:2], ALONE)
     right = files_of(alone)
     before = [*(empty_cache / "futures").iterdir()]
-    several = [*recorded_in_turn(network, orders, ALONE)]
+    several = [*recorded_in_turn(network, requests, ALONE)]
     assert [len(one.futures) for one in several] == [3, 2, 4]
     assert files_of(several[1]) == right
     assert len([*(empty_cache / "futures").iterdir()]) == len(before) + 2
