@@ -41,9 +41,9 @@ from .mission.planning import make_plan as make_plan
 from .mission.planning import problem_of as problem_of
 from .mission.recorder import Recorder as Recorder
 from .mission.replan import replanned as replanned
-from .mission.resume import OfUav as OfUav
-from .mission.resume import Standing as Standing
 from .mission.resume import resumed as resumed
+from .mission.standing import OfUav as OfUav
+from .mission.standing import Standing as Standing
 from .network.georeference import grid_convergence_deg as grid_convergence_deg
 from .network.georeference import lonlat as lonlat
 from .network.georeference import xy_of_lonlat as xy_of_lonlat

@@ -51,9 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     from planner.cli.progress import progress_bar
     from planner.mission import ask, questions
     from planner.mission.online import Mission, Remembering
-    from planner.mission.resume import Standing
     from planner.mission.run_folder import open_run, refuse_no_run
     from planner.mission.several import refuse_several
+    from planner.mission.standing import Standing
     from planner.report import news_lines
     from planner.search.methods import method_named
 

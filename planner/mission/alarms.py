@@ -25,8 +25,9 @@ from planner.futures.none import NO_TARGETS
 from planner.intervals import ratio_of_means
 from planner.mission.online import Mission
 from planner.mission.planning import problem_of
-from planner.mission.resume import Resumed, Standing, grounded, in_order
+from planner.mission.resume import Resumed, grounded, in_order
 from planner.mission.several import refuse_fleet
+from planner.mission.standing import Standing
 from planner.progress import Progress, silent
 
 ALARMS = "--alarms: are those of one UAV"

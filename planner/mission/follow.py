@@ -17,9 +17,10 @@ from planner.futures.none import NO_TARGETS
 from planner.futures.traffic import NO_PERMIT, Permit
 from planner.mission.opening import OpenScenario, open_scenario
 from planner.mission.planning import problems_of
-from planner.mission.resume import Resumed, Standing, called, grounded
+from planner.mission.resume import Resumed, called, grounded
 from planner.mission.run_folder import PROVENANCE
 from planner.mission.several import refuse_several
+from planner.mission.standing import Standing
 from planner.network.place_words import Where
 from planner.scenario.toml_text import toml_text
 from planner.scenario.uav import UavSection

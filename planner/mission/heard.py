@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from planner.mission.resume import OfUav, Standing
+from planner.mission.standing import OfUav, Standing
 from planner.scenario.news import News
 
 

@@ -15,7 +15,8 @@ from planner.mission.online import Mission
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import budget_of
 from planner.mission.replan import Replanned
-from planner.mission.resume import Resumed, Standing
+from planner.mission.resume import Resumed
+from planner.mission.standing import Standing
 from planner.scenario.news import FoundNews
 from planner.search.methods import Method, method_named
 from planner.search.stop import Elapsed

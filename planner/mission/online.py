@@ -21,7 +21,8 @@ from planner.mission.replan import (
     with_news,
     without_news,
 )
-from planner.mission.resume import Resumed, Standing, in_order, resumed
+from planner.mission.resume import Resumed, in_order, resumed
+from planner.mission.standing import Standing
 from planner.mission.trial import Attempt, attempted
 from planner.scenario.news import News
 from planner.search.methods import Method

@@ -17,10 +17,11 @@ from planner.flight.plan import ROUNDING_S, Plan, Sortie
 from planner.flight.track import Track
 from planner.flight.uav import Uav
 from planner.futures.none import NO_TARGETS
-from planner.mission.joined import Joined, with_joined
+from planner.mission.joined import with_joined
 from planner.mission.news import search_of
 from planner.mission.opening import OpenScenario
 from planner.mission.planning import problems_of
+from planner.mission.standing import OfUav, Standing
 from planner.scenario.faults import faults_of
 from planner.scenario.news import News, NewsSection
 from planner.scenario.uav import UavSection
@@ -30,33 +31,6 @@ from planner.search.plan import plan_of_legs, plan_of_waypoints
 from planner.search.problem import Problem
 
 NO_MORE: Mapping[str, Any] = {"sorties": 0, "swap_s": None, "in_air": None}  # of a UAV's section
-
-
-@dataclass(frozen=True)
-class OfUav:
-    """What is said of a UAV; what is not, is as its plan has it."""
-
-    late_s: float = 0.0  # for how long it has stood still until now
-    xy_m: tuple[float, float] | None = None  # where it is, metres
-    left_s: float | None = None  # how long it can be in the air from now on
-    lost_s: float | None = None  # when it was lost, seconds on the target's clock
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How a mission stands in the middle of it."""
-
-    at_s: float  # now, seconds on the target's clock
-    late_s: float = 0.0  # as `OfUav` has it, of the only UAV; so are the two that follow
-    xy_m: tuple[float, float] | None = None
-    left_s: float | None = None
-    uavs: Mapping[int, OfUav] = field(default_factory=dict)  # what is said of some, by number
-    joined: tuple[Joined, ...] = ()  # who has joined, and flies from now on as well
-
-    @property
-    def of_only(self) -> OfUav:
-        """What is said of a UAV that is not named."""
-        return OfUav(self.late_s, self.xy_m, self.left_s)
 
 
 @dataclass(frozen=True, eq=False)

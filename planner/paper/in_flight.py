@@ -18,7 +18,8 @@ from planner.futures.none import NO_TARGETS
 from planner.mission.news import given
 from planner.mission.online import Mission, Remembering
 from planner.mission.planning import problem_of
-from planner.mission.resume import Resumed, Standing
+from planner.mission.resume import Resumed
+from planner.mission.standing import Standing
 from planner.scenario.news import ReportNews
 from planner.scenario.uav_values import PointStart
 from planner.search.methods import Method, method_named

@@ -8,7 +8,7 @@ from planner.futures.futures import Futures
 from planner.mission import ask, questions
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.resume import Standing
+from planner.mission.standing import Standing
 from planner.search.methods import method_named
 from support.instances import figure3, physics_futures
 

@@ -21,7 +21,8 @@ from planner.mission.news_words import heard
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import budget_of, problem_of, problems_of
-from planner.mission.resume import OfUav, Resumed, Standing
+from planner.mission.resume import Resumed
+from planner.mission.standing import OfUav, Standing
 from planner.search.fleet import fleet
 from planner.search.methods import method_named
 from planner.search.state import SearchState

@@ -12,7 +12,8 @@ from planner.mission.follow import at_loss
 from planner.mission.joined import Joined
 from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.resume import OfUav, Standing, grounded, resumed
+from planner.mission.resume import grounded, resumed
+from planner.mission.standing import OfUav, Standing
 from planner.network.place_words import Where
 from planner.search.methods import method_named
 

@@ -14,7 +14,8 @@ from planner.mission.online import Mission, Remembering
 from planner.mission.opening import open_scenario
 from planner.mission.planning import problem_of
 from planner.mission.replan import with_news
-from planner.mission.resume import Standing, resumed
+from planner.mission.resume import resumed
+from planner.mission.standing import Standing
 from planner.scenario.news import ReportNews
 from planner.search.methods import method_named
 

@@ -9,7 +9,7 @@ from planner.errors import InputError
 from planner.mission.news import given
 from planner.mission.online import Remembering
 from planner.mission.opening import open_scenario
-from planner.mission.resume import Standing
+from planner.mission.standing import Standing
 from planner.paper.in_flight import Flight
 from planner.scenario.news import FoundNews, NothingNews, ReportNews
 from planner.scenario.uav_values import PointStart
