@@ -58,6 +58,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="whether `best` may leave the roads: turn around, hover, cut across; left out: it "
         "may in towns, not on abstract nets",
     )
+    _add_futures(parser)
+    add_objective(parser)
+    _add_ends(parser)
+    add_targets(parser)
+    parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
+    methods = (
+        textwrap.fill(f"  {one.name:<21} {one.summary}", 80, subsequent_indent=24 * " ")
+        for one in METHODS
+    )
+    parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])
+
+
+def _add_futures(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         type=path,
@@ -75,7 +88,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tick", type=moment, metavar="S", help="greedy: check for detection every S seconds"
     )
-    add_objective(parser)
+
+
+def _add_ends(parser: argparse.ArgumentParser) -> None:
+    """Add what ends a search."""
     parser.add_argument(
         "--gap",
         type=share,
@@ -89,13 +105,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="stop the search after S seconds and keep the best plan (and bound) so far, as "
         "Ctrl-C does",
     )
-    add_targets(parser)
-    parser.add_argument("--force", action="store_true", help="overwrite the run in DIR")
-    methods = (
-        textwrap.fill(f"  {one.name:<21} {one.summary}", 80, subsequent_indent=24 * " ")
-        for one in METHODS
-    )
-    parser.epilog = "\n".join(["methods:", *methods, "", str(parser.epilog)])
 
 
 def run(arguments: argparse.Namespace) -> int:
